@@ -124,7 +124,7 @@ class RenderSettings(BaseModel):
         0,
         ge=0,
         le=262_144,
-        description="photon-gather: groups of photons that gather rays read, at most, which lose some light; 0: all",
+        description="photon-gather: groups of photons that gather rays read, at most; 0: all",
     )
     gather_rays: int | None = Field(
         None, ge=1, le=4096, description="photon-gather: rays that gather light at each SP cluster"

@@ -6,7 +6,8 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.indirect.final_gather import Gathered, gather_direction
+from gpu.indirect.final_gather import Gathered
+from gpu.indirect.gather_rays import gather_direction
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
 from gpu.sp.centres import ShadingClusters
 

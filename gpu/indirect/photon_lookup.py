@@ -1,9 +1,8 @@
 """What a final-gather ray reads of the full photon map: the irradiance at the nearest of the photons where it is known.
 
 2009 paper, section 3.3, without its illumination cut. It is known at every fourth photon (P. Christensen, Faster Photon
-Map Global Illumination, 1999): those are in Morton order, so every fourth lies among the others all over a surface. It
-is known at those photons, too, for which none of these answers: on small things, and in narrow places. A grid of disks
-tells which ones are near.
+Map Global Illumination, 1999): those are in Morton order, so every fourth lies among the others all over a surface. A
+grid of disks tells which ones are near.
 """
 
 from dataclasses import dataclass
@@ -14,27 +13,20 @@ from gpu.clustering.grid import separation
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
-from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import SceneData
+from gpu.indirect.illumination import Told
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, reaches
-from gpu.lights.photon_density import (
-    DENSITY_PARAMETERS,
-    PhotonSites,
-    allocate_sites,
-    answers,
-    estimate_irradiance,
-)
+from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, allocate_sites, estimate_irradiance
 from gpu.lights.photon_tree import PhotonTree
 
 PHOTONS_A_SITE = wp.constant(4)
-# Of the room for sites, what is for every fourth photon: two thirds.
-REGULAR, ROOM = wp.constant(2), wp.constant(3)
 
 
 @wp.struct
 @dataclass
 class LookupParameters:
-    """reach: a photon answers for points within so many radii of its estimate; farther ones are in the dark.
+    """reach: a photon answers for points within so many radii of its estimate, as far as nothing but its surface is
+    around.
 
     What light then spreads beyond its edges is about what estimates across them lack within. Of points among photons
     one in a hundred is farther from all that answer; with 0.45, one in twelve.
@@ -61,24 +53,16 @@ class FullMap:
     reach: wp.array[float]
 
 
-@wp.func
-def regular_sites(tree: PhotonTree, sites: PhotonSites) -> int:
-    """How many sites there are for all photons: one for every four, or fewer where there is no room for so many."""
-    wanted = (tree.photons.count[0] + PHOTONS_A_SITE - 1) // PHOTONS_A_SITE
-    return wp.min(wanted, sites.photon.shape[0] * REGULAR // ROOM)
-
-
 @wp.kernel
 def choose_sites_kernel(first: int, tree: PhotonTree, sites: PhotonSites) -> None:
-    """One thread a site: the photon that it is."""
+    """One thread a site: the photon that it is, one in every four, or fewer where there is no room for so many."""
     site = first + wp.tid()
-    count = regular_sites(tree, sites)
+    photons = tree.photons.count[0]
+    count = wp.min((photons + PHOTONS_A_SITE - 1) // PHOTONS_A_SITE, sites.photon.shape[0])
     if site == 0:
         sites.count[0] = count
-        sites.known[0] = 0
     if site < count:
-        middle = (wp.int64(2 * site + 1) * wp.int64(tree.photons.count[0])) // wp.int64(2 * count)
-        sites.photon[site] = int(middle)
+        sites.photon[site] = int((wp.int64(2 * site + 1) * wp.int64(photons)) // wp.int64(2 * count))
 
 
 def choose_sites(tree: PhotonTree, sites: PhotonSites) -> None:
@@ -95,11 +79,11 @@ def site_disk_kernel(first: int, lit: FullMap) -> None:
     photon = lit.sites.photon[site]
     lit.position[site] = lit.tree.photons.position[photon]
     lit.normal[site] = lit.tree.photons.normal[photon]
-    lit.reach[site] = wp.max(lit.chosen.reach * lit.sites.radius[site], lit.grid.reach / float(1 << LEVELS))
+    lit.reach[site] = wp.min(lit.chosen.reach * lit.sites.radius[site], lit.sites.free[site])
 
 
 @wp.func
-def nearest_site(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.vec3) -> int:
+def nearest_site(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> int:
     """The site that answers for a surface point, −1 if none does."""
     nearest = float(FAR_AWAY)
     found = int(-1)
@@ -114,43 +98,18 @@ def nearest_site(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.v
                 if alike and away < wp.min(lit.reach[site], nearest):
                     nearest = away
                     found = site
-    if found >= 0:
-        open_way = answers(scene, lit.tree, lit.sites, found, position, normal)
-        found = wp.where(open_way, found, -1)
     return found
 
 
 @wp.func
-def irradiance_in_full_map(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
-    """Irradiance of a surface point [W/m²]."""
-    site = nearest_site(scene, lit, position, normal)
-    if site < 0:
-        return wp.vec3(0.0, 0.0, 0.0)
-    return lit.sites.irradiance[site]
-
-
-@wp.kernel
-def mark_alone_kernel(first: int, scene: SceneData, lit: FullMap, alone: wp.array[int]) -> None:
-    """One thread a photon: 1 where no site answers for it, else 0."""
-    photon = first + wp.tid()
-    alone[photon] = 0
-    if photon < lit.tree.photons.count[0]:
-        site = nearest_site(scene, lit, lit.tree.photons.position[photon], lit.tree.photons.normal[photon])
-        alone[photon] = wp.where(site < 0, 1, 0)
-
-
-@wp.kernel
-def add_alone_kernel(first: int, lit: FullMap, alone: wp.array[int], total: wp.array[int]) -> None:
-    """One thread a photon: makes it a site if it is alone, as long as there is room. total: the running sum of that."""
-    photon = first + wp.tid()
-    sites = lit.sites
-    regular = regular_sites(lit.tree, sites)
-    room = sites.photon.shape[0]
-    if alone[photon] == 1 and regular + total[photon] <= room:
-        sites.photon[regular + total[photon] - 1] = photon
-    if photon == alone.shape[0] - 1:
-        sites.known[0] = regular
-        sites.count[0] = wp.min(regular + total[photon], room)
+def irradiance_in_full_map(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> Told:
+    """What is known of the irradiance of a surface point."""
+    told = Told()
+    site = nearest_site(lit, position, normal)
+    if site >= 0:
+        told.irradiance = lit.sites.irradiance[site]
+        told.known = True
+    return told
 
 
 class FullMapLight:
@@ -165,7 +124,7 @@ class FullMapLight:
         self, tree: PhotonTree, usual: int | None = None, chosen: LookupParameters = LOOKUP_PARAMETERS
     ) -> None:
         device, most = tree.flow.device, len(tree.photons.flux)
-        room = int(ROOM) * -(-min(usual or most, most) // int(REGULAR * PHOTONS_A_SITE))
+        room = -(-min(usual or most, most) // int(PHOTONS_A_SITE))
         self._tree, self._sites = tree, allocate_sites(room, device)
         reach, flatness = float(chosen.reach * DENSITY_PARAMETERS.most_radius), float(self._sites.alike.plane_weight)
         self._disks = DiskGridBuilder(room, reach, flatness, device)
@@ -174,22 +133,15 @@ class FullMapLight:
         self.lit.chosen, self.lit.tree, self.lit.sites, self.lit.grid = chosen, tree, self._sites, self._disks.grid
         self.lit.position, self.lit.normal = (wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(2))
         self.lit.reach = wp.zeros(room, dtype=float, device=device)
-        self._alone, self._total = (wp.zeros(most, dtype=int, device=device) for _ in range(2))
 
     def estimate(self, scene: SceneData) -> None:
         """Tell the irradiance at some of the photons that there are now."""
-        tree, sites, device = self._tree, self._sites, self._whole.device
-        choose_sites(tree, sites)
-        estimate_irradiance(scene, tree, sites)
-        self.sort()
-        launch(mark_alone_kernel, len(self._alone), [scene, self.lit, self._alone], device)
-        running_total(self._alone, self._total)
-        launch(add_alone_kernel, len(self._alone), [self.lit, self._alone, self._total], device)
-        estimate_irradiance(scene, tree, sites)
+        choose_sites(self._tree, self._sites)
+        estimate_irradiance(scene, self._tree, self._sites)
         self.sort()
 
     def sort(self) -> None:
-        """Have the sites found, whose radii are known."""
+        """Have the sites found, of which radii are known."""
         lit = self.lit
         launch(site_disk_kernel, len(lit.reach), [lit], lit.reach.device)
         self._disks.build(lit.position, lit.normal, lit.reach, self._whole, lit.sites.count)

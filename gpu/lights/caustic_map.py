@@ -31,7 +31,6 @@ from gpu.lights.photon_density import (
 )
 from gpu.lights.photon_map import Photons, gather_photons_kernel
 from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree
-from gpu.sampling.sobol import TO_UNIT, hashed
 
 
 @dataclass(frozen=True)
@@ -71,14 +70,14 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     found = neighbours(tree, sites.alike, photon, chosen.most_radius)
     radius = wider * found.distance[wp.static(NEIGHBOURS - 1)]
     radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
-    turn = float(hashed(wp.uint32(photon))) * TO_UNIT
-    shift = float(hashed(wp.uint32(photon) ^ wp.uint32(tree.leaves))) * TO_UNIT
-    disk = covered_disk(scene, sites.alike, position, normal, radius, turn, shift)
+    disk = covered_disk(scene, sites.alike, position, normal, radius, photon, tree.leaves)
     sites.radius[photon] = radius
-    whole = disk.whole
+    sites.free[photon] = 0.0
+    whole = disk.free >= radius
     if whole:  # as far as places of the disk tell, between which thin walls stand
         whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight)
-    sites.whole[photon] = int(whole)
+    if whole:
+        sites.free[photon] = radius
     photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
 
 

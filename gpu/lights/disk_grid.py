@@ -68,11 +68,13 @@ def bucket_at(grid: DiskGrid, position: wp.vec3, level: int, share: float) -> in
 def disk_key_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
                     radius: wp.array[float], share: wp.array[float], count: wp.array[int],
                     keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a corner of a disk: the bucket of its cell; `buckets` for those it does not stand in."""
+    """One thread a corner of a disk: the bucket of its cell; `buckets` for those it does not stand in, and for
+    all of them where it has no radius.
+    """
     entry = first + wp.tid()
     disk = entry // CORNERS
     keys[entry] = grid.buckets
-    if disk >= count[0]:
+    if disk >= count[0] or radius[disk] <= 0.0:
         return
     level = disk_level(grid, radius[disk] * share[0], share[0])
     scale = cells_a_unit(grid, level, share[0])

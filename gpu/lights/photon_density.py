@@ -51,24 +51,23 @@ DENSITY_PARAMETERS: DensityParameters = parameters(DensityParameters)
 class PhotonSites:
     """Photons at which the irradiance is known.
 
-    alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; known (1,): how
-    many of them were estimated before; radius (site,): of the estimate's disk, unit space; whole (site,): 1 where all
-    of that is surface; irradiance (site,) [W/m²].
+    alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
+    the estimate's disk, unit space; free (site,): so far around, at most that, there is nothing but their surface, 0
+    where too little of it is to be believed; irradiance (site,) [W/m²].
     """
 
     alike: ClusteringParameters
     photon: wp.array[int]
     count: wp.array[int]
-    known: wp.array[int]
     radius: wp.array[float]
-    whole: wp.array[int]
+    free: wp.array[float]
     irradiance: wp.array[wp.vec3]
 
 
 def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
     """Room for so many sites."""
     sites: PhotonSites = allocate(PhotonSites, capacity, device)
-    sites.count, sites.known = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
+    sites.count = wp.zeros(1, dtype=int, device=device)
     sites.alike = CLUSTERING_PARAMETERS
     return sites
 
@@ -76,9 +75,9 @@ def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
 @wp.func
 def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, position: wp.vec3,
             normal: wp.vec3) -> bool:  # fmt: skip
-    """Whether no wall stands between a site and a surface point near it: none does within a disk that is whole."""
+    """Whether no wall stands between a site and a surface point near it: where it is not known, a ray tells."""
     photon = sites.photon[site]
-    if sites.whole[site] == 1 and wp.length(position - tree.photons.position[photon]) <= sites.radius[site]:
+    if wp.length(position - tree.photons.position[photon]) <= sites.free[site]:
         return True
     return unblocked(scene, tree.photons.position[photon], tree.photons.normal[photon], position, normal)
 
@@ -87,7 +86,7 @@ def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, p
 def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameters, sites: PhotonSites) -> None:
     """One thread a site: flux per area of the disk that the photons nearest to it fill."""
     site = first + wp.tid()
-    if site < sites.known[0] or site >= sites.count[0]:
+    if site >= sites.count[0]:
         return
     own = sites.photon[site]
     photons = tree.photons
@@ -103,26 +102,30 @@ def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameter
 
 @wp.struct
 class Covered:
-    """The share of a disk that is surface, and whether all of it is."""
+    """The share of a disk that is surface, and how far it is all around, in unit space: its radius at most."""
 
     share: float
-    whole: bool
+    free: float
 
 
 @wp.func
 def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec3, normal: wp.vec3, radius: float,
-                 turn: float, shift: float) -> Covered:  # fmt: skip
-    """How much of a disk about a surface point is surface. turn, shift: in [0, 1), where it is looked for.
+                 number: int, salt: int) -> Covered:  # fmt: skip
+    """How much of a disk about a surface point is surface. number, salt: where it is looked for follows from these.
 
     The surface ends at its edge, and where something stands on it.
     """
+    turn = float(hashed(wp.uint32(number))) * TO_UNIT
+    shift = float(hashed(wp.uint32(number) ^ wp.uint32(salt))) * TO_UNIT
     height = radius / alike.plane_weight
     covered = float(0.0)
     whole = float(0.0)
+    free = float(radius)
     for place in range(PLACES):
         angle = TWO_PI * (turn + GOLDEN_TURN * float(place))
         out = (float(place) + shift) / float(PLACES)
         hit = surface_beside(scene, position, normal, angle, radius * out, height)
+        share = float(0.0)
         if hit.face != NO_HIT:
             # As near as a photon there would count.
             beside = triangle_normal(scene, hit.face)
@@ -134,11 +137,14 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
                 + scene.vertices[corner[2]] * (1.0 - hit.u - hit.v)
             )
             if wp.dot(beside, normal) > alike.normal_threshold:
-                covered += wp.where(separation(alike, position, normal, there, beside) < radius, out, 0.0)
+                share = wp.where(separation(alike, position, normal, there, beside) < radius, out, 0.0)
+        if share == 0.0:
+            free = wp.min(free, radius * out)
+        covered += share
         whole += out
     disk = Covered()
     disk.share = covered / whole
-    disk.whole = covered == whole
+    disk.free = free
     return disk
 
 
@@ -147,24 +153,22 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
                            sites: PhotonSites) -> None:  # fmt: skip
     """One thread a site: its irradiance becomes that of the part of its disk that is surface."""
     site = first + wp.tid()
-    if site < sites.known[0] or site >= sites.count[0]:
+    if site >= sites.count[0]:
         return
     position = tree.photons.position[sites.photon[site]]
     normal = tree.photons.normal[sites.photon[site]]
-    turn = float(hashed(wp.uint32(site))) * TO_UNIT
-    shift = float(hashed(wp.uint32(site) ^ wp.uint32(tree.leaves))) * TO_UNIT
-    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], turn, shift)
+    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], site, tree.leaves)
     sites.irradiance[site] = sites.irradiance[site] / wp.max(disk.share, chosen.least_covered)
-    sites.whole[site] = int(disk.whole)
+    sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
 
 
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
-    """Fill in radius and irradiance of the `sites` that are not known, as if their disks were surface all over."""
+    """Fill in radius and irradiance of the `sites`, as if their disks were surface all over."""
     launch(photon_density_kernel, len(sites.photon), [tree, chosen, sites], sites.photon.device)
 
 
 def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
                         chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
-    """Fill in radius and irradiance of the `sites` that are not known, on the surfaces of `scene`."""
+    """Fill in radius, irradiance and how far around is free of the `sites`, on the surfaces of `scene`."""
     estimate_density(tree, sites, chosen)
     launch(covered_density_kernel, len(sites.photon), [scene, tree, chosen, sites], sites.photon.device)

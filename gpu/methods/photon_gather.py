@@ -81,7 +81,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
             cut, photons = settings.cut_nodes, setup.sample_counts.photons
             self._tree = allocate_tree(self._map.photons, photons)
             self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree, photons)
-            self._gather = FinalGather(self._clustering.clusters, setup.sample_counts.gather_rays, self._light)
+            clusters, rays = self._clustering.clusters, setup.sample_counts.gather_rays
+            self._gather = FinalGather(clusters, rays, self._light, self._table, setup.bounces)
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
@@ -89,7 +90,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         gloss; of a cut next to nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 260 * sample_counts.photons + 475 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
+        return 220 * sample_counts.photons + 475 * sample_counts.sp_clusters + 40 * rays, 52 * sample_counts.sp_clusters
 
     def new_view(self) -> GatherViewState:
         """One whose walk keeps the places where light is gathered."""

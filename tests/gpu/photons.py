@@ -5,9 +5,12 @@ import warp as wp
 from scenes import column
 
 from gpu.core.device import allocate
+from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.final_gather import FinalGather, Illumination
+from gpu.indirect.final_gather import FinalGather
+from gpu.indirect.illumination import Illumination
+from gpu.lights.build import build_light_table
 from gpu.lights.photon_map import Photons
 from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree
 from gpu.scene.types import Floats
@@ -55,17 +58,18 @@ def tree_of(positions: Floats, fluxes: Floats) -> PhotonTree:
 
 def read_at(places: Floats, surface: DeviceScene, albedo: float, light: Illumination) -> tuple[Floats, Floats]:
     """Irradiance that a gather ray reads close to each of the places (place, 3) of a surface that faces up, for those
-    whose ray goes down steeply, and these places.
+    whose ray goes down steeply, 0 where nothing is known, and these places.
     """
     count, device = len(places), wp.get_device("cpu")
     clusters: ShadingClusters = allocate(ShadingClusters, count, device)
     clusters.position = column(places + np.float32([0.0, 1e-3, 0.0]), wp.vec3)
     clusters.normal = clusters.geometric_normal = column(np.tile((0.0, -1.0, 0.0), (count, 1)), wp.vec3)
     clusters.spacing.fill_(1.0)
-    gather = FinalGather(clusters, 1, light)
+    gather = FinalGather(clusters, 1, light, build_light_table(surface), bounces=0)
     features = scene_features(surface.scene, lambertian=True)
     gather.run(surface.view(lambertian=True), wp.zeros(1, dtype=int, device=device), features)
-    near = gather.gathered.nearness.numpy() > 1.0 / 0.004
+    hits = gather.ends.hits.numpy()
+    near = (hits["face"] != NO_HIT) & (hits["t"] < 0.004)
     return gather.gathered.radiance.numpy()[near] * np.pi / albedo, places[near]
 
 

@@ -4,7 +4,7 @@ from photons import STRETCH, lattice, photons_of, read_at, tree_of, two_sided_sq
 from scenes import grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.cut_lookup import TAIL_WEIGHT, CutLight
+from gpu.indirect.cut_lookup import CutLight
 from gpu.lights.photon_density import NEIGHBOURS
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
@@ -18,7 +18,7 @@ def floor() -> DeviceScene:
 
 
 def weighted(light: CutLight, position: Floats, normal: Floats) -> Floats:
-    """Eq. 4 and 5 over all nodes of the cut, and the tail."""
+    """Eq. 4 and 5 over all nodes of the cut that answer there."""
     lit, photons = light.lit, light.lit.tree.photons
     count = light.cut.nodes.count.numpy()[0]
     photon, node = lit.sites.photon.numpy()[:count], light.cut.nodes.node.numpy()[:count]
@@ -27,13 +27,13 @@ def weighted(light: CutLight, position: Floats, normal: Floats) -> Floats:
     radius = lit.sites.radius.numpy()[:count]
     own = COUNT / 2.0 ** light.cut.nodes.level.numpy()[:count]
     widest = lit.chosen.most_radii * radius * np.sqrt(np.maximum(own / NEIGHBOURS, 1.0))
-    reach = lit.chosen.reach * np.clip(sides, radius, widest)
+    reach = np.minimum(lit.chosen.reach * np.clip(sides, radius, widest), lit.chosen.most_reach)
     normals = photons.normal.numpy()[photon]
     way = photons.position.numpy()[photon] - position
     plane = np.maximum(np.abs(way @ normal), np.abs((way * normals).sum(axis=1)))
     share = np.sqrt((way**2).sum(axis=1) + (STRETCH**2 - 1.0) * plane**2) / reach
-    tail = TAIL_WEIGHT * (1.0 - (share / lit.chosen.tail_reach) ** 2)
-    weight = np.maximum(np.maximum(1.0 - share**2, 0.0) + tail, 0.0) * np.maximum(normals @ normal, 0.0)
+    open_way = np.linalg.norm(way, axis=1) < lit.free.numpy()[:count]
+    weight = np.where(open_way, np.maximum(1.0 - share**2, 0.0) * np.maximum(normals @ normal, 0.0), 0.0)
     return weight @ lit.sites.irradiance.numpy()[:count] / max(weight.sum(), 1e-12)
 
 
@@ -69,16 +69,15 @@ def test_even_light_is_smooth_and_spreads_beyond_its_edge_by_less_than_a_quarter
     strewn: Floats, floor: DeviceScene
 ) -> None:
     everywhere = read_of(strewn, floor)
+    known = everywhere > 0.0  # all but the rim
+    assert known.mean() > 0.95
+    everywhere = everywhere[known]
     assert everywhere.mean() == pytest.approx(1.0, abs=0.05)
     assert everywhere.std() < 0.12  # that of one estimate, of 32 photons, is 0.18
     half = strewn * (0.5, 1.0, 1.0) - (0.25, 0.0, 0.0)
     assert read_of(half, floor).mean() < 1.25
 
 
-@pytest.mark.parametrize(("depth", "lit"), [(0.02, True), (0.05, False)])
-def test_what_is_a_fifth_of_a_nodes_width_below_it_is_lit_but_not_what_is_half_of_it(
-    strewn: Floats, floor: DeviceScene, depth: float, lit: bool
-) -> None:
-    """Uneven floors have no dark spots; shelves do not light each other. Nodes are 0.1 wide."""
-    irradiance = read_of(strewn + np.array([0.0, depth, 0.0]), floor)
-    assert ((irradiance > 0.0) == lit).all()
+def test_nodes_tell_nothing_of_what_is_half_of_their_width_above_them(strewn: Floats, floor: DeviceScene) -> None:
+    """Shelves do not light each other. Nodes are 0.1 wide."""
+    assert not read_of(strewn - np.array([0.0, 0.05, 0.0]), floor).any()

@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 import warp as wp
@@ -10,8 +8,9 @@ from gpu.core.device import allocate
 from gpu.core.parameters import parameters
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.final_gather import FinalGather, Gathered, coherent_order
+from gpu.indirect.final_gather import FinalGather, Gathered
 from gpu.indirect.photon_lookup import FullMapLight, LookupParameters, choose_sites
+from gpu.lights.build import build_light_table
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
 from gpu.sp.centres import ShadingClusters
@@ -40,12 +39,13 @@ def gathered(room: DeviceScene, normal: tuple[float, float, float], **chosen: fl
     light = FullMapLight(tree, chosen=parameters(LookupParameters, **chosen))
     choose_sites(tree, light.lit.sites)
     light.lit.sites.radius.fill_(RADIUS)
+    light.lit.sites.free.fill_(RADIUS)
     light.lit.sites.irradiance.fill_(wp.vec3(1.0, 2.0, 3.0))
     light.sort()
     clusters = allocate(ShadingClusters, 2, CPU)
     clusters.normal = clusters.geometric_normal = column([normal, normal], wp.vec3)
     clusters.spacing = column([0.1, 0.0], float)
-    gather = FinalGather(clusters, RAYS, light)
+    gather = FinalGather(clusters, RAYS, light, build_light_table(room), bounces=0)
     seed = wp.zeros(1, dtype=int, device=CPU)
     gather.run(room.view(lambertian=True), seed, scene_features(room.scene, lambertian=True))
     return gather.gathered
@@ -69,11 +69,3 @@ def test_what_faces_away_finds_nothing_and_far_photons_do_not_answer(room: Devic
     all_light = gathered(room, (0.0, -1.0, 0.0)).irradiance.numpy()[0, 0]
     # Around every fourth photon of the lattice, a disk of 0.1 radii answers.
     assert some / all_light == pytest.approx(0.25 * np.pi * (0.1 * RADIUS * 39.0 / 0.98) ** 2, rel=0.15)
-
-
-@pytest.mark.parametrize(("rays", "slices"), [(1, 1), (40, 1), (256, 8), (500, 8)])
-def test_rays_of_one_slice_follow_each_other(rays: int, slices: int) -> None:
-    order = coherent_order(rays)
-    assert sorted(order) == list(range(rays))
-    changes = [one % slices != other % slices for one, other in pairwise(order)]
-    assert sum(changes) == slices - 1

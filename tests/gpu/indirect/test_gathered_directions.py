@@ -6,7 +6,8 @@ from scenes import column
 from gpu.core.device import allocate, launch
 from gpu.device_scene.features import EVERYTHING
 from gpu.gbuffer.gbuffer import allocate_gbuffer
-from gpu.indirect.final_gather import Gathered, coherent_order, gather_direction
+from gpu.indirect.final_gather import Gathered
+from gpu.indirect.gather_rays import coherent_order, gather_direction
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
 from gpu.sp.centres import ShadingClusters

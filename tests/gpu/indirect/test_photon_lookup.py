@@ -21,18 +21,6 @@ def test_every_fourth_photon_is_a_site_or_as_many_as_there_is_room_for(
     assert sites.photon.numpy()[: sites.count.numpy()[0]].tolist() == wanted
 
 
-def test_photons_that_none_of_these_answers_for_are_sites_too() -> None:
-    places = np.zeros((12, 3))
-    places[[0, 5], 0] = -0.3, 0.3
-    places[:, 2] = 1e-3 * np.arange(12)
-    light = FullMapLight(tree_of(places, np.ones(12)))
-    light.estimate(resident_of(FLOOR, [grey(0.7)]).view(lambertian=True))
-    sites = light.lit.sites
-    chosen = light.lit.tree.photons.position.numpy()[sites.photon.numpy()[: sites.count.numpy()[0]], 0]
-    assert sorted(chosen.tolist()) == pytest.approx([-0.3, 0.0, 0.0, 0.0, 0.3])
-    assert (sites.radius.numpy()[: len(chosen)] > 0.0).all()
-
-
 @pytest.mark.parametrize("count", [500, 2000])
 def test_a_fleck_of_light_is_no_brighter_or_darker_for_its_edges(count: int) -> None:
     """What its photons bring is what is read all over the floor."""

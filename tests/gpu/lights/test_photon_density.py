@@ -37,12 +37,17 @@ def lit_square(count: int = COUNT) -> tuple[Floats, Floats, Photons]:
 
 def test_irradiance_is_flux_over_area_up_to_the_edges(square: DeviceScene) -> None:
     positions, normals, photons = lit_square()
-    irradiance = estimated(square, photons).irradiance.numpy()
+    sites = estimated(square, photons)
+    irradiance = sites.irradiance.numpy()
     up = normals[:, 1] > 0.0
     for side in (up, ~up):
         assert irradiance[side].mean(axis=0) == pytest.approx(FLUX * side.sum(), rel=0.06)
-    rim = np.abs(positions[:, [0, 2]]).max(axis=1) > 0.45
+    out = np.abs(positions[:, [0, 2]]).max(axis=1)
+    rim = out > 0.45
     assert irradiance[rim, 0].mean() == pytest.approx(irradiance[~rim, 0].mean(), rel=0.1)
+    free, radius = sites.free.numpy(), sites.radius.numpy()
+    assert (free >= np.minimum(radius, 0.5 - out) - 1e-6).mean() > 0.99
+    assert (free[rim] < 2.0 * (0.5 - out[rim]) + 0.3 * radius[rim]).mean() > 0.9
 
 
 def test_inside_it_is_the_estimate_of_the_nearest(square: DeviceScene) -> None:

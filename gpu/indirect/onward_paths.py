@@ -1,0 +1,124 @@
+"""Gather rays that end where nothing tells of light, on small things and beside walls: they go on as paths do, to the
+emitters and to where light is known.
+
+One ray in five to eight ends so. Estimates of the density of photons are no use there: photons are few, and of what
+they are spread over little is known.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from gpu.core.constants import PI, RAY_LENGTH
+from gpu.core.parameters import parameters
+from gpu.device_scene.bsdf import even_reflectance, largest
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.panes import transmittance
+from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.surface import Surface, surface_at
+from gpu.indirect.gather_rays import RayEnds, gather_direction
+from gpu.lights.light_sampling import light_at_hit, sample_light
+from gpu.lights.light_table import LightTable
+from gpu.sampling.sobol import pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
+from gpu.sp.centres import ShadingClusters
+
+# The sequences of Sobol points of a path: the first is of the gather rays.
+FIRST_PAIR = wp.constant(1)
+PAIRS_A_VERTEX = wp.constant(3)
+
+
+@wp.struct
+@dataclass
+class OnwardParameters:
+    """vertices: of a path at the most, with the end of the gather ray; where nothing is known still, it is dark.
+
+    Of light that is known a path brings one bounce more than photons have, for each vertex.
+    """
+
+    vertices: int = 4
+
+
+ONWARD_PARAMETERS: OnwardParameters = parameters(OnwardParameters)
+
+
+@wp.struct
+class Onward:
+    """What paths find besides light that is known. table: of the emitters; bounces: at most, as photons have."""
+
+    chosen: OnwardParameters
+    table: LightTable
+    bounces: int
+
+
+@wp.func
+def emitted_irradiance(scene: SceneData, table: LightTable, surface: Surface, number: int, pair: int,
+                       seed: int) -> wp.vec3:  # fmt: skip
+    """Irradiance by a sample of the emitters [W/m²], weighed against a cosine-distributed ray."""
+    if table.count == 0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    pick = sobol_pair(number, pair, seed)
+    place = sobol_pair(number, pair + 1, seed)
+    sample = sample_light(scene, table, table.all_emitters, surface.position, pick.a, place)
+    cosine = wp.dot(sample.direction, surface.geometric_normal)
+    if cosine <= 0.0 or largest(sample.irradiance) <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+    share = 1.0 / (1.0 + cosine / PI * sample.solid_angle)
+    return wp.cw_mul(sample.irradiance, reached) * (cosine * share)
+
+
+@cache
+def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp.Kernel:
+    """The kernel that reads lookup(data, position, normal), Told, in a scene of these features."""
+
+    @wp.kernel(module="unique")
+    def onward_kernel(first: int, scene: SceneData, onward: Onward, lit: data, clusters: ShadingClusters,
+                      order: wp.array[int], seeds: wp.array[int], ends: RayEnds,
+                      radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+        """One thread a ray that is listed: its `radiance` (cluster · rays,), by one path [W/m²/sr]. order, seeds: as of
+        gather_direction.
+        """
+        entry = first + wp.tid()
+        if entry >= ends.totals[ends.totals.shape[0] - 1]:
+            return
+        if wp.static(not features.texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        if wp.static(not features.environment):
+            scene.has_environment = False
+        index = ends.listed[entry]
+        rays = order.shape[0]
+        number = order[index % rays]
+        seed = pixel_seed(index // rays, seeds[0])
+        direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
+        surface = surface_at(scene, ends.hits[index], direction)
+        throughput = even_reflectance(surface, -direction) / PI
+        light = wp.vec3(0.0, 0.0, 0.0)
+        vertices = wp.min(onward.chosen.vertices, onward.bounces)
+        for vertex in range(vertices):
+            pair = FIRST_PAIR + PAIRS_A_VERTEX * vertex
+            found = emitted_irradiance(scene, onward.table, surface, number, pair, seed)
+            light += wp.cw_mul(throughput, found)
+            place = sobol_pair(number, pair + 2, seed)
+            normal = surface.geometric_normal
+            direction = cosine_direction(normal, place.x, place.y)
+            origin = offset_origin(surface.position, normal, direction)
+            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            met = light_at_hit(scene, onward.table, onward.table.all_emitters, origin, direction, hit)
+            density = wp.dot(direction, normal) / PI
+            light += wp.cw_mul(throughput, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
+            if hit.face == NO_HIT or vertex + 1 == vertices:
+                break
+            surface = surface_at(scene, hit, direction)
+            throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
+            told = lookup(lit, surface.position, surface.geometric_normal)
+            if told.known:
+                light += wp.cw_mul(throughput, told.irradiance)
+                break
+        radiance[index] = light
+
+    return onward_kernel
