@@ -49,6 +49,7 @@ from server.scenes.uploads import Uploads
 from server.service import Service, start_message
 from server.settings import ServerSettings
 from server.walk import stream
+from server.walk.viewer import settings_schema
 
 # At the top of the service: the page's files, and what is beside them.
 NAMES = {"", "api", "healthz", "readyz", "metrics", *(path.name for path in FOLDER.iterdir())}
@@ -155,6 +156,7 @@ def prepare(app: FastAPI) -> None:
     """
     for route in app.routes:
         route.matches({"type": "http", "method": "GET", "path": "/", "root_path": "", "headers": []})
+    settings_schema()
     gc.collect()
     gc.freeze()
 

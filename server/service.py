@@ -153,7 +153,7 @@ def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
     )
 
 
-def _service(connection: HTTPConnection) -> Service:
+async def _service(connection: HTTPConnection) -> Service:  # else FastAPI asks a thread, and every answer waits for it
     service = connection.app.state.service
     assert isinstance(service, Service)
     return service

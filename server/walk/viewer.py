@@ -137,7 +137,7 @@ class Viewer:
         return Welcome(
             viewer=self._session.viewer,
             scenes=self._service.catalogue.names(),
-            settings_schema=_settings_schema(),
+            settings_schema=settings_schema(),
             codecs=self._codecs,
             still_frames={it: usual_counts(it, cuda=self._service.engines.cuda).frames for it in Quality},
             takes_edits=limits.edits,
@@ -387,6 +387,6 @@ class Viewer:
 
 
 @cache
-def _settings_schema() -> dict[str, Any]:
+def settings_schema() -> dict[str, Any]:
     """What settings there are. It takes 10 ms of a core to make, in which nobody else is served."""
     return RenderSettings.model_json_schema()

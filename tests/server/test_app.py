@@ -21,6 +21,7 @@ from websockets.sync.client import connect
 from gpu.errors import UserError
 from server.app import _url, create_app, prepare, serve, server_config
 from server.settings import ServerSettings
+from server.walk.viewer import settings_schema
 
 TOKEN = "correct-horse-battery-staple"
 PROGRAM = f"""
@@ -117,8 +118,10 @@ def test_the_first_request_finds_all_made_that_it_needs(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(TypeAdapter, "__init__", count)
     monkeypatch.setattr("gc.freeze", lambda: frozen.append(True))
+    settings_schema.cache_clear()
     prepare(app)
     assert made
+    assert settings_schema.cache_info().currsize == 1
     assert frozen
     made.clear()
 
@@ -128,6 +131,20 @@ def test_the_first_request_finds_all_made_that_it_needs(monkeypatch: pytest.Monk
 
     assert asyncio.run(ask()) == 200
     assert not made
+
+
+def test_no_answer_waits_for_a_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def thread(*_: object) -> None:
+        pytest.fail("a thread is asked, which waits for the interpreter while frames are sent")
+
+    monkeypatch.setattr("fastapi.dependencies.utils.run_in_threadpool", thread)
+
+    async def ask() -> int:
+        transport = httpx.ASGITransport(create_app(ServerSettings()))
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            return (await client.get("/api/v1/jobs")).status_code
+
+    assert asyncio.run(ask()) == 200
 
 
 def test_an_address_of_another_machine_is_said() -> None:

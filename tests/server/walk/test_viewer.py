@@ -223,7 +223,7 @@ def test_a_service_may_take_no_edits(serve: Callable[..., Running], visit: Visit
 def test_what_settings_there_are_is_found_out_once(
     running: Running, visit: Visit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    viewer._settings_schema.cache_clear()
+    viewer.settings_schema.cache_clear()
     made, make = [], RenderSettings.model_json_schema
     monkeypatch.setattr(RenderSettings, "model_json_schema", lambda: made.append(1) or make())
     schemas = []
