@@ -21,7 +21,8 @@ class SceneFeatures:
     alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
     their own; environment: a picture of the light around; soft: as `has_soft_light` tells; specular: as
-    `has_specular` tells; frosted: glass that scatters what goes through; coats: clear ones over other
+    `has_specular` tells; frosted: glass that scatters what goes through, or
+    is in part something else; coats: clear ones over other
     surfaces, which are glossy.
     """
 
@@ -75,7 +76,8 @@ def is_specular(material: Material) -> bool:
 
 
 def _frosted(material: Material) -> bool:
-    return material.transmission > 0.0 and not (material.unlit or material.is_clear)
+    mixed = material.transmission_slot is not None or not material.is_clear
+    return material.transmission > 0.0 and mixed and not material.unlit
 
 
 def has_specular(scene: Scene) -> bool:

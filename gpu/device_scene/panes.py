@@ -21,6 +21,9 @@ from gpu.device_scene.rays import (
 from gpu.device_scene.sides import layer_sample
 from gpu.device_scene.surface import Surface, surface_at
 
+# Of a sheet's share of glass, which a texture may make less.
+MOSTLY = wp.constant(0.5)
+
 
 @wp.struct
 class MetSurface:
@@ -42,6 +45,12 @@ def crossing_share(surface: Surface, direction: wp.vec3) -> float:
     if not surface.thin:
         return 0.0
     return surface.glass * (1.0 - glass_fresnel(surface, wp.dot(surface.normal, direction)))
+
+
+@wp.func
+def is_mostly_glass(surface: Surface) -> bool:
+    """Whether a sheet is taken for glass, by rays that meet nothing at random; no body is."""
+    return surface.thin and surface.glass >= MOSTLY
 
 
 @wp.func
@@ -75,7 +84,7 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
 @wp.func
 def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> MetSurface:
     """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; where
-    that is 0, rays cross them, dimmed by what they reflect.
+    that is 0, rays cross sheets that are mostly glass, dimmed by what that reflects, and meet the others.
     """
     met = MetSurface()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
@@ -90,9 +99,9 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             start += pane.t
             surface = surface_at(scene, pane, direction)
             crosses = crossing_share(surface, direction)
-            if scene.coverage == wp.uint32(0) and surface.thin:
-                met.tint = wp.cw_mul(met.tint, surface.albedo * crosses)
-            elif layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
+            if scene.coverage == wp.uint32(0) and is_mostly_glass(surface):
+                met.tint = wp.cw_mul(met.tint, surface.albedo * (crosses / surface.glass))
+            elif scene.coverage == wp.uint32(0) or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
                 met.hit = pane
                 met.hit.t = start
                 return met
@@ -119,9 +128,9 @@ def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs
 
 @wp.func
 def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
-    """The surface that `meet` found; of a pane, what it is to rays that do not cross it."""
+    """The surface that `meet` found; of a pane that is crossed by chance, what it is to rays that do not cross it."""
     surface = surface_at(scene, hit, direction)
-    if is_pane(scene, hit.face):
+    if is_pane(scene, hit.face) and (scene.coverage != wp.uint32(0) or is_mostly_glass(surface)):
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
         surface.crossed = surface.thin

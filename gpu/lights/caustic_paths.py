@@ -86,6 +86,7 @@ def caustic_start(scene: SceneData, table: LightTable, casters: CausticCasters, 
     share = float(1.0)
     if is_pane(scene, hit.face):
         share -= crossing_share(surface_at(scene, hit, -to_light), -to_light)
+    scene.coverage = wp.uint32(1)  # sheets are crossed by chance, in which light is none of a caustic
     start.surface = met_surface(scene, hit, -to_light)
     start.surface.coat = 0.0
     cosine = wp.dot(start.surface.geometric_normal, to_light)

@@ -83,9 +83,12 @@ def test_mirrors_and_clear_glass_are_specular(material: Material, specular: bool
         (Material(transmission=1.0, roughness=0.05), False),
         (Material(transmission=1.0, roughness=0.3), True),
         (Material(transmission=0.3, roughness=0.0), True),
+        (Material(transmission=1.0, roughness=0.0, transmission_slot=TextureSlot(0)), True),
         (Material(roughness=0.0), False),
     ],
 )
 def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, frosted: bool) -> None:
-    features = scene_features(scene_of(box(), [replace(glass, specular=0.0)]), lambertian=False)
+    texture = Texture("share", np.zeros((1, 1, 4), np.uint8), srgb=False)
+    scene = scene_of(box(), [replace(glass, specular=0.0)], textures=[texture])
+    features = scene_features(scene, lambertian=False)
     assert features.frosted == features.lobes == frosted

@@ -14,7 +14,7 @@ from gpu.gbuffer.gbuffer import GBuffer, allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
 from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
-from gpu.scene.types import Camera, Doubles, Material, Sky
+from gpu.scene.types import Camera, Doubles, Material, Sky, Texture, TextureSlot
 
 SIZE = (24, 16)
 FLAGS = {"chains", "gloss", "traces_gloss"}
@@ -127,6 +127,18 @@ def test_panes_are_crossed_dimmed_or_met_by_chance() -> None:
     assert np.allclose(seen["throughput"], np.array(COLOUR) * (1.0 - both)[:, None], rtol=1e-4)
     found = np.array([look(device_scene, SLANTED, moment)["albedo"][:, 0] for moment in range(64)])
     assert np.mean(found > 0.5) == pytest.approx(both.mean(), rel=0.05)
+
+
+@pytest.mark.parametrize(("share", "glassy"), [(0.3, False), (0.6, True)])
+def test_sheets_that_a_texture_makes_less_than_half_of_glass_are_seen_themselves(share: float, glassy: bool) -> None:
+    """They let nothing through where there is none of it, and were black; what is more is seen as if it were all."""
+    pane, whole = replace(GLASS, thickness=0.0, transmission_slot=TextureSlot(0)), replace(GLASS, thickness=0.0)
+    texture = Texture("share", np.full((1, 1, 4), round(255 * share), np.uint8), srgb=False)
+    walls = [wall(0.0, 0), wall(-0.6)]
+    seen = look(resident_of(walls, [pane, grey(0.2)], textures=[texture]), SLANTED)
+    through = look(resident_of(walls, [whole, grey(0.2)]), SLANTED)["throughput"]
+    assert np.allclose(seen["throughput"], through if glassy else 1.0, rtol=1e-4)
+    assert np.allclose(seen["diffuse"], 0.2 if glassy else COLOUR, atol=1e-5)
 
 
 def test_chains_end_in_the_sky_and_in_lamps() -> None:
