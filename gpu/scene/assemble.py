@@ -140,7 +140,8 @@ def assemble(
     notes += device_precision(vertices, triangles, 1.0 / placement.scale)
     cameras = [camera_in_world(camera, frame) for camera in found.cameras]
     if not cameras:
-        cameras = [default_camera(vertices, triangles[member], placement)]
+        glass = np.array([one.is_clear for one in materials])[material[member]]
+        cameras = [default_camera(vertices, triangles[member], placement, glass)]
         notes.append("the scene has no camera: a view was chosen")
     scene = Scene(
         name=name,

@@ -9,7 +9,7 @@ from gpu.scene.boxes import lengths
 from gpu.scene.camera import look_at
 from gpu.scene.eye_height import HEADROOM, standing_eyes
 from gpu.scene.normals import area_vectors
-from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
+from gpu.scene.types import Camera, Doubles, Floats, Integers, Mask, Placement
 
 _SAMPLES = 10_000
 _AZIMUTHS, _HEIGHTS = 16, 8  # cells of equal solid angle around a point
@@ -43,16 +43,18 @@ class _Standpoint:
         return float(self.views[ahead]) if 0.0 < float(np.hypot(way[0], way[2])) < self.reach[ahead] else -np.inf
 
 
-def default_camera(vertices: Floats, triangles: Integers, placement: Placement) -> Camera:
+def default_camera(vertices: Floats, triangles: Integers, placement: Placement, glass: Mask | None = None) -> Camera:
     """A perspective view in world space of the unit-space triangles.
 
     Where surfaces face many points from most sides, the scene is a room: the camera looks at the one with most room
     around from where the view of it is deepest, at the height of a person's eyes if the scene is as high as that and
     no mountain. Otherwise it is an
-    object, seen whole from above one corner.
+    object, seen whole from above one corner. glass (triangle,): what one sees through, which encloses nothing.
     """
-    points, normals = _surface_points(vertices.astype(np.float64), triangles)
+    points, normals, faces = _surface_points(vertices.astype(np.float64), triangles)
     low, high = points.min(axis=0), points.max(axis=0)
+    if glass is not None:
+        points, normals = points[~glass[faces]], normals[~glass[faces]]
     stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
     rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED and stand.covered >= _COVERED]
     metre = placement.scale
@@ -75,15 +77,15 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement) 
     return look_at(world[0], world[1], name="default")
 
 
-def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Doubles]:
-    """Points spread evenly over all triangles, (sample, 3), and the geometric normals there."""
+def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Doubles, Integers]:
+    """Points spread evenly over all triangles, (sample, 3), the geometric normals there, and these triangles."""
     faces = area_vectors(vertices, triangles)
     areas = lengths(faces)
     random = np.random.default_rng(0)
     chosen = np.searchsorted(np.cumsum(areas / areas.sum()), random.random(_SAMPLES)).clip(0, len(triangles) - 1)
     root, other = np.sqrt(random.random((_SAMPLES, 1))), random.random((_SAMPLES, 1))
     a, b, c = (vertices[triangles[chosen, corner]] for corner in range(3))
-    return (1.0 - root) * a + root * (1.0 - other) * b + root * other * c, faces[chosen]
+    return (1.0 - root) * a + root * (1.0 - other) * b + root * other * c, faces[chosen], chosen
 
 
 def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint:

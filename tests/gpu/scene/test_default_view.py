@@ -64,6 +64,14 @@ def test_nobody_looks_out_from_between_the_pieces_of_an_exhibit() -> None:
     assert np.linalg.norm(camera.to_world[:3, 3]) > np.linalg.norm(vertices, axis=1).max() / 2.0
 
 
+def test_walls_of_glass_make_no_room() -> None:
+    """Nor do blocks of glass in rows before a backdrop."""
+    inside, triangles = (0.5, 0.2, 0.3), OUTWARD[:, ::-1]
+    for glass, room in (([False] * 12, True), ([True] * 10 + [False] * 2, False), ([True] * 12, False)):
+        eye, _ = eye_and_direction(default_camera(BOX, triangles, WORLD, np.array(glass)))
+        assert (np.abs(eye) < inside).all() == room
+
+
 @pytest.mark.parametrize("metre", [1.0, 4.0])
 def test_a_view_of_a_room_is_that_of_a_standing_person(metre: float) -> None:
     """A hall of two storeys; nobody stands in one of the size of a doll's house."""
