@@ -109,7 +109,8 @@ class Engine:
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
         self._running = RunningTurns()
-        self._asks_later: asyncio.TimerHandle | None = None
+        self._asks_later: asyncio.Handle | None = None
+        self._asks_at = inf  # and when [s]; handles of loops other than asyncio's own do not tell
         self._all_short_until = inf  # before which no turn that was not asked back can be [s]
         self._paused: dict[QueueEntry, RunningTurn] = {}  # what has more turns to come
         self._pending: dict[int, PendingJob] = {}
@@ -445,14 +446,13 @@ class Engine:
 
     def _look_again_at(self, due: float) -> None:
         """See at that time [s], or before, which turns are to be asked back."""
-        later = self._asks_later
-        if due < (inf if later is None else later.when()):
-            if later is not None:
-                later.cancel()
-            self._asks_later = asyncio.get_running_loop().call_at(due, self._look_again)
+        if due < self._asks_at:
+            if self._asks_later is not None:
+                self._asks_later.cancel()
+            self._asks_at, self._asks_later = due, asyncio.get_running_loop().call_at(due, self._look_again)
 
     def _look_again(self) -> None:
-        self._asks_later = None
+        self._asks_at, self._asks_later = inf, None
         self._ask_back_for_others()
 
     def _ask_back(self, turn: RunningTurn) -> None:

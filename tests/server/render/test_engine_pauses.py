@@ -27,6 +27,31 @@ def test_others_have_turns_within_a_long_job() -> None:
     check(scenario)
 
 
+def test_timers_of_other_event_loops_serve_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """uvloop's do not tell when they are due."""
+
+    class Timer:
+        def __init__(self, handle: asyncio.Handle) -> None:
+            self._handle = handle
+
+        def __getattr__(self, name: str) -> object:
+            if name == "when":
+                raise AttributeError(name)
+            return getattr(self._handle, name)
+
+    async def scenario(engine: Engine) -> None:
+        loop = asyncio.get_running_loop()
+        call_at = loop.call_at
+        monkeypatch.setattr(loop, "call_at", lambda *work, **kwargs: Timer(call_at(*work, **kwargs)))
+        reply = await engine.submit(1, Urgency.STILL, lambda: job(seed=SLICED_SEED))
+        assert reply is not None
+        for _ in range(ENOUGH):
+            await result(engine, job(viewer=2))
+        await reply
+
+    check(scenario)
+
+
 def test_two_long_jobs_take_turns() -> None:
     async def scenario(engine: Engine) -> None:
         replies = [await engine.submit(n, Urgency.STILL, lambda: job(seed=SLICED_SEED)) for n in (1, 2)]
