@@ -64,12 +64,18 @@ def kmeans_assign_kernel(metric: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def kmeans_guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.array[int]) -> None:
-    """One thread a point: the cluster that starts in its run of the points' order."""
+def kmeans_guess_kernel(first: int, points: Points, wanted: wp.array[int], none: int, owner: wp.array[int],
+                        keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: owner and keys (point,) become the cluster that starts in its run of the points' order.
+
+    none: the key of what is no point.
+    """
     point = first + wp.tid()
     count = points.count[0]
+    keys[point] = none
     if point < count:
         owner[point] = int(wp.int64(point) * wp.int64(wp.min(wanted[0], count)) / wp.int64(count))
+        keys[point] = owner[point]
 
 
 @wp.kernel
@@ -207,24 +213,39 @@ class KMeans:
         return other
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
-        """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
+        """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids.
+
+        Where the search is exhaustive, clusters start at the means of runs of the points' order.
+        """
         launch(kmeans_seed_kernel, self.most, [points, self.wanted, seed, self.grid.data], self.device)
+        if self._exhaustive:
+            self._guess(points)
+            self.groups.sort()
+            self._update(points, seed)
         self.refine(points, iterations, seed)
 
     def refine(self, points: Points, iterations: int, seed: int) -> None:
         """As `run`, of clusters that are in `grid` already."""
-        clusters, groups, wanted = self.grid.data, self.groups, self.wanted
+        clusters, groups = self.grid.data, self.groups
         lanes = lanes_of(self.device, few=True)
         if self._exhaustive:
-            launch(kmeans_guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
+            self._guess(points)
         for iteration in range(iterations):
             self._assign(points)
-            inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, lanes, clusters]
-            launch(kmeans_mean_kernel, lanes * self.most, inputs, self.device)
+            self._update(points, seed + iteration + 1)
         if self._exhaustive:
             self._assign(points)
         inputs = [points, groups.items, groups.starts, lanes, clusters, self.medoids]
         launch(kmeans_medoid_kernel(self._metric), lanes * self.most, inputs, self.device)
+
+    def _guess(self, points: Points) -> None:
+        inputs = [points, self.wanted, self.most, self._owner, self.groups.keys]
+        launch(kmeans_guess_kernel, self.groups.capacity, inputs, self.device)
+
+    def _update(self, points: Points, seed: int) -> None:
+        groups, lanes = self.groups, lanes_of(self.device, few=True)
+        inputs = [points, groups.items, groups.starts, self.wanted, seed, lanes, self.grid.data]
+        launch(kmeans_mean_kernel, lanes * self.most, inputs, self.device)
 
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
