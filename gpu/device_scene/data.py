@@ -84,7 +84,7 @@ class MaterialData:
 class EnvironmentData:
     """Light from all around by a picture, see gpu.scene.types.Environment and gpu.device_scene.environment.
 
-    radiance (height, width) [W/m²/sr], before it is tinted; mean: of all directions and channels of that; rows
+    radiance (height, width) [W/m²/sr], before it is tinted; mean (1,): of all directions and channels of that; rows
     (height,), columns (height, width): where rows, and pixels of a row, end in a choice by brightness, of 2³²; turn:
     share of a full turn.
     """
@@ -92,7 +92,7 @@ class EnvironmentData:
     width: int
     height: int
     turn: float
-    mean: float
+    mean: wp.array[float]
     radiance: wp.array2d[wp.vec3]
     rows: wp.array[wp.uint32]
     columns: wp.array2d[wp.uint32]

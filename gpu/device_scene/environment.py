@@ -121,7 +121,7 @@ def upload_environment(environment: Environment, device: wp.Device) -> Environme
     light += _LEAST_SHARE * light.mean()
     data = EnvironmentData()
     data.height, data.width = light.shape
-    data.turn, data.mean = environment.turn, mean_radiance(environment)
+    data.turn, data.mean = environment.turn, wp.array([mean_radiance(environment)], dtype=float, device=device)
     data.radiance = wp.array(environment.pixels, dtype=wp.vec3, device=device)
     data.rows = wp.array(_ends(light.mean(axis=1) * _bands(len(light))), dtype=wp.uint32, device=device)
     data.columns = wp.array(_ends(light), dtype=wp.uint32, device=device)

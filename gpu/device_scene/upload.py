@@ -17,7 +17,17 @@ from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.features import has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.trees import tree_of_moved, tree_over
-from gpu.scene.types import AlphaMode, Doubles, Environment, Ints, Material, Scene, Texture, TextureSlot
+from gpu.scene.types import (
+    AlphaMode,
+    Doubles,
+    Environment,
+    Ints,
+    Material,
+    Scene,
+    Texture,
+    TextureSlot,
+    same_picture,
+)
 
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
 _MATERIAL = layout_of(MaterialData)
@@ -226,11 +236,14 @@ class DeviceScene:
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
-        """`known`: a state of the same scene, whose sky shows the same picture, if any."""
+        """`known`: a state of the same scene, whose sky may show the same picture."""
         data, sky, color = self.data, self.scene.sky, (0.0, 0.0, 0.0)
         data.has_environment = isinstance(sky, Environment)
         if isinstance(sky, Environment):
-            data.environment = known.data.environment if known else upload_environment(sky, self.device)
+            if known is not None and same_picture(known.scene.sky, sky):
+                data.environment = known.data.environment
+            else:
+                data.environment = upload_environment(sky, self.device)
             color = sky.tint
         elif sky is not None:
             color = sky.radiance

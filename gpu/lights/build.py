@@ -67,7 +67,7 @@ def _light_power(light: Light, radius: float) -> float:
 def _sky_power(sky: Sky | Environment, picture: EnvironmentData, radius: float) -> float:
     """Power of the sky [W], the mean of the channels, through the scene's sphere; picture: of an environment."""
     if isinstance(sky, Environment):
-        mean = picture.mean * float(np.mean(sky.tint))
+        mean = float(picture.mean.numpy()[0]) * float(np.mean(sky.tint))
     else:
         mean = float(np.mean(sky.radiance)) / 2.0
     return 4.0 * np.pi * mean * np.pi * radius**2

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.daylight import daylight
 from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
@@ -26,7 +27,10 @@ from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene,
 MOST_SHOWN = 5  # ids in a sentence on one that there is not
 PLACED = (LightForm.POINT, LightForm.SPOT)
 AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
+DATED = (LightForm.DIRECTIONAL, LightForm.SKY)
 Box = tuple[Sequence[float], Sequence[float]]
+_LEVEL = 5.0 / 6.0  # of what an even sky would send to level ground, a Sky does
+_EVERY = 16  # of a picture's rows and columns, which tell its mean
 _BOX_TOLERANCE = 1e-4  # of the scene's largest extent, by which what is moved may leave its box
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
@@ -61,7 +65,8 @@ class LightEdit(_Edit):
     date: AwareDatetime | None = Field(
         default=None,
         description="a directional light is the sun at this time, with its zone: it shines from there, unless a "
-        "direction is given, and as much of it as comes through the air of what does when it is overhead",
+        "direction is given, and as much of it as comes through the air of what does when it is overhead; a sky is "
+        "that of a clear day then, as bright as the file's when the sun is overhead",
     )
     place: tuple[Latitude, Longitude] | None = Field(
         default=None, description="of that sun: latitude and longitude, north and east are positive [°]"
@@ -212,18 +217,19 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
         return scene
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
-    made, punctual, sky = list(materials.values()), list(scene.lights), scene.sky
+    made, punctual, sky, filed = list(materials.values()), list(scene.lights), scene.sky, scene
     for one, edit in edits.lights.items():
         index = lights[one].index
         match lights[one].form:
             case LightForm.SURFACE:
                 made[index] = replace(made[index], emission=edit.scale(made[index].emission), stays_light=True)
             case LightForm.SKY if sky is not None:
-                sky = _edited_sky(sky, edit)
+                filed = replace(scene, sky=_sky_of_date(sky, edit))
+                sky = _edited_sky(_sky_of_date(sky, edit), edit)
             case _:
                 punctual[index] = _edited_light(punctual[index], edit, scene.placement)
     lit = replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
-    return with_path_light(lit, path_light(scene))
+    return with_path_light(lit, path_light(filed))
 
 
 def check(edits: SceneEdits, there: Editable) -> None:
@@ -241,8 +247,10 @@ def _check_look(edits: SceneEdits, lights: Mapping[str, LightForm], materials: C
         for field, moved, movable in (("position", light.position, PLACED), ("direction", light.direction, AIMED)):
             if moved is not None and lights[one] not in movable:
                 raise UserError(f"lights.{one}.{field}: a light of this kind ({lights[one]}) has none")
-        if light.date is not None and lights[one] is not LightForm.DIRECTIONAL:
-            raise UserError(f"lights.{one}.date: only a directional light can be the sun, not {lights[one]}")
+        if light.date is not None and lights[one] not in DATED:
+            raise UserError(
+                f"lights.{one}.date: only a directional light, as the sun, and a sky have one, not {lights[one]}"
+            )
         if light.date is not None and light.place is None:
             raise UserError(f"lights.{one}.place: must be given for the sun of a date")
 
@@ -307,6 +315,18 @@ def _edited_light(light: Light, edit: LightEdit, placement: Placement) -> Light:
     if (sun := edit.sun) is not None:
         intensity = as_vector(np.array(intensity) * sun_strength(sun[1]))
     return replace(light, intensity=intensity, position=position, direction=direction)
+
+
+def _sky_of_date(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:
+    """The sky of a clear day by the date of `edit`, as bright as `sky` with the sun overhead; `sky` without a date."""
+    if (sun := edit.sun) is None:
+        return sky
+    if isinstance(sky, Sky):
+        level = _LEVEL * float(np.mean(sky.radiance))
+    else:
+        level = float(np.mean(sky.tint) * sky.pixels[: len(sky.pixels) // 2 : _EVERY, ::_EVERY].mean(dtype=np.float64))
+    azimuth, height = sun
+    return Environment("daylight", daylight(height, azimuth + (edit.north or 0.0)), tint=(level, level, level))
 
 
 def _edited_sky(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:

@@ -178,6 +178,12 @@ class Environment:
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
 
+def same_picture(one: Sky | Environment | None, other: Sky | Environment | None) -> bool:
+    """Whether both skies show the same picture, or neither shows one, whatever tints it."""
+    pictures = (sky.pixels if isinstance(sky, Environment) else None for sky in (one, other))
+    return next(pictures) is next(pictures)
+
+
 @dataclass(frozen=True)
 class Camera:
     """A view in world space. to_world: 4×4 column-vector matrix, looking along −Z with +Y up.

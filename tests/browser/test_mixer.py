@@ -137,6 +137,18 @@ def test_a_sun_stands_by_day_and_hour(page: Page, gradients: Running) -> None:
     wait_for(page, lambda: patches(stage, 1)[-1]["lights"]["sun"]["date"] is None)
 
 
+def test_a_sky_has_a_day_and_hour_of_its_own(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    stage.scene(lights=[{"id": "sky", "form": "sky", "color": [1, 1, 1]}])
+    stage.hear("pose")
+    page.keyboard.press("KeyG")
+    page.get_by_label("Sun by date: sky").check()
+    page.get_by_label("Hour of sky").fill("18")
+    wait_for(page, lambda: "T18:00:00" in patches(stage, 1)[-1]["lights"]["sky"].get("date", ""))
+
+
 def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))

@@ -50,6 +50,7 @@ export class LightRow {
     this.#color.addEventListener("input", () => events.edit({ color: fromHex(this.#color.value) }, "color"));
     this.row.append(label, this.#on, this.#intensity, this.#color);
     if (light.position || light.direction) this.#addPlace();
+    if (light.form === "directional" || light.form === "sky") this.#addSun();
   }
 
   /** Where it is, if it has a place. @param {LightEdit | undefined} edit @returns {[number, number, number] | null} */
@@ -72,7 +73,7 @@ export class LightRow {
       fields.show(shown(edit, sun));
     }
     if (!this.#sun) return;
-    this.#sun.list.hidden = !chosen;
+    this.#sun.list.hidden = !chosen && this.light.form === "directional"; // a sky is never chosen
     this.#sun.show(edit);
   }
 
@@ -96,8 +97,10 @@ export class LightRow {
       const changed = (/** @type {number[]} */ [azimuth = 0, elevation = 0]) => this.#events.edit({ direction: fromAim(azimuth, elevation) }, "direction");
       this.#addFields(["azimuth [°]", "elevation [°]"], changed, this.#events.turnStep, (edit, sun) => toAim(edit?.direction ?? sun ?? direction));
     }
-    if (light.form !== "directional") return;
-    this.#sun = new SunFields(light.id, this.#events.edit);
+  }
+
+  #addSun() {
+    this.#sun = new SunFields(this.light.id, this.#events.edit);
     this.row.append(this.#sun.list);
   }
 

@@ -1,4 +1,4 @@
-/** The fields of a directional light that is the sun of a date: day and hour as sliders, its place, and where north is. */
+/** The fields of a directional light that is the sun of a date, or of a sky that is of one: day and hour as sliders, its place, and where north is. */
 
 import { dateOf, momentOf, wordsOf } from "../sun.js";
 import { NumberFields } from "./number-fields.js";

@@ -9,7 +9,7 @@ from scenes import box, quad, scene_of
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
-from gpu.scene.types import Environment, Light, LightKind, Material, Placement, Scene, Sky
+from gpu.scene.types import Environment, Light, LightKind, Material, Placement, Scene, Sky, same_picture
 
 LAMP = Material("lamp", emission=(4.0, 2.0, 0.0))
 WALL = Material("wall", base_color=(0.5, 0.5, 0.5, 0.25), roughness=0.9)
@@ -92,6 +92,7 @@ def test_a_sun_stands_and_shines_by_date(scene: Scene) -> None:
     [
         ("sun", {"date": "2024-03-20T12:00:00Z"}, "lights.sun.place: must be given"),
         ("bulb", {"date": "2024-03-20T12:00:00Z"}, "lights.bulb.date: only a directional light"),
+        ("sky", {"date": "2024-03-20T12:00:00Z"}, "lights.sky.place: must be given"),
         ("sun", {"position": [0, 0, 0]}, "lights.sun.position: a light of this kind .directional. has none"),
         ("bulb", {"direction": [0, 1, 0]}, "lights.bulb.direction: a light of this kind .point. has none"),
         ("sky", {"direction": [0, 1, 0]}, "lights.sky.direction"),
@@ -115,6 +116,25 @@ def test_objects_go_and_move_within_the_box_of_the_scene(scene: Scene) -> None:
     assert np.ptp(turned.vertices[ours], axis=0).tolist() == pytest.approx([0.0, 0.3, 0.3])
     gone = edited(scene, edits_of(objects={"block": {"visible": False}}))
     assert len(gone.triangles) == len(scene.triangles) - 2
+
+
+def test_a_sky_is_that_of_its_date_as_bright_as_the_files_with_the_sun_overhead(scene: Scene) -> None:
+    noon = {"date": "2024-03-20T12:07:00Z", "place": [0.0, 0.0]}
+    found = edited(scene, edits_of(lights={"sky": {**noon, "intensity": 0.5, "color": [1.0, 0.5, 0.0]}})).sky
+    assert isinstance(found, Environment)
+    assert isinstance(scene.sky, Sky)
+    level = 0.5 * 5.0 / 6.0 * np.mean(scene.sky.radiance)
+    assert found.tint == pytest.approx((level, 0.5 * level, 0.0))
+    again = edited(scene, edits_of(lights={"sky": noon, "bulb": {"on": False}})).sky
+    assert same_picture(found, again)
+    evening = edited(scene, edits_of(lights={"sky": {**noon, "date": "2024-03-20T18:00:00Z", "north": 90.0}})).sky
+    assert isinstance(evening, Environment)
+    # West, where the sun sets, is then at −90° + 90° from −Z, of which the first column is.
+    assert evening.pixels[:32].sum(axis=(0, 2)).argmax() in (0, 127)
+    bright = Environment("noon", np.full((32, 64, 3), 6.0, np.float32), tint=(0.5, 0.5, 0.5))
+    dated = edited(replace(scene, sky=bright), edits_of(lights={"sky": noon})).sky
+    assert isinstance(dated, Environment)
+    assert dated.tint == pytest.approx((3.0, 3.0, 3.0))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
 from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits, edited
-from gpu.scene.types import Light, LightKind, Material
+from gpu.scene.types import Light, LightKind, Material, Scene, Sky
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
 
@@ -132,6 +132,27 @@ def test_a_file_that_says_what_edits_say_has_as_much_light_by_other_paths(device
             one.flux.numpy()[: one.count][one.light.numpy()[: one.count] == light].sum(axis=0) for one in (edit, file)
         ]
         assert sums[0] == pytest.approx(sums[1], rel=0.05)
+
+
+def test_a_sky_of_another_date_is_followed_and_has_the_bits_of_one_put_there_anew() -> None:
+    walls = box()
+    del walls[3]
+    base = resident_of(walls, [grey(0.5)], sky=Sky((1.0, 1.0, 1.0)))
+
+    def at(hour: int) -> Scene:
+        sky = LightEdit.model_validate({"date": f"2026-06-21T{hour}:00:00Z", "place": (48.0, 11.6)})
+        return edited(base.scene, SceneEdits(lights={"sky": sky}))
+
+    sets = LightSets(base.edited(at(10)))
+    before = sets.made(CHOICE, silent).clusters.members.flux.numpy().tobytes()
+    assert sets.follow(base.edited(at(18)))
+    after, anew = (one.made(CHOICE, silent).clusters for one in (sets, LightSets(DeviceScene(at(18), "cpu"))))
+    assert (
+        after.members.flux.numpy()[: after.members.count].tobytes()
+        == anew.members.flux.numpy()[: anew.members.count].tobytes()
+    )
+    assert before != after.members.flux.numpy().tobytes()
+    assert not LightSets(base.edited(base.scene)).follow(base.edited(at(10)))
 
 
 def test_a_scene_that_becomes_wider_keeps_its_arrays() -> None:
