@@ -23,7 +23,6 @@ from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.indirect.irradiance import Indirect
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import hashed, pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -42,14 +41,10 @@ class NearPathParameters:
 
     wider: a path goes on from where it arrived with so many times the share that a bound takes away; fewer would count
     for so much that single ones were seen. VPLs there, drawn as strays are (gpu.correction.vpl_connections), have
-    bounds of so many times the area: those near by would be rare and bright. first_most, more_most: what all rays of an
-    SP find in frame n of a still view counts at most first_most + n·more_most times what its VPLs would send, were none
-    hidden. So no pixel sparkles; what that takes away fades from the mean.
+    bounds of so many times the area: those near by would be rare and bright.
     """
 
     wider: float = 16.0
-    first_most: float = 2.0
-    more_most: float = 0.125
 
 
 NEAR_PATH_PARAMETERS: NearPathParameters = parameters(NearPathParameters)
@@ -140,8 +135,8 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
 @wp.kernel(module="unique", module_options={"max_unroll": 1})
 def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
                      vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
-                     indirect: Indirect) -> None:  # fmt: skip
-    """One thread an SP: adds what its path finds to its irradiance [W/m²], and bounds the sum."""
+                     irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: adds what its path finds to its irradiance [W/m²]."""
     sp = first + wp.tid()
     if sp >= points.count[0]:
         return
@@ -151,17 +146,14 @@ def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: G
     surface.geometric_normal = gbuffer.geometric_normal[pixel]
     surface.normal = gbuffer.normal[pixel]
     seed = pixel_seed(pixel, paths.seed)
-    light = indirect.irradiance[pixel] + near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
-    unoccluded = indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]
-    most = (chosen.first_most + float(paths.sample) * chosen.more_most) * unoccluded
-    indirect.irradiance[pixel] = light * wp.min(most / wp.max(brightness(light), 1.0e-30), 1.0)
+    irradiance[pixel] += near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
 
 
 def trace_near_paths(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
-                     paths: NearPaths, indirect: Indirect) -> None:  # fmt: skip
-    """Add to the irradiance of `sps` what bounds of `vpls` leave out, by a path each.
+                     paths: NearPaths, irradiance: wp.array) -> None:  # fmt: skip
+    """Add to the `irradiance` (pixel,) of `sps` what bounds of `vpls` leave out, by a path each.
 
-    table: of the scene's emitters, which are sampled wherever a path arrives; indirect: as the SPs were shaded.
+    table: of the scene's emitters, which are sampled wherever a path arrives.
     """
-    inputs = [scene, table, gbuffer, sps.points, vpls, paths, NEAR_PATH_PARAMETERS, indirect]
+    inputs = [scene, table, gbuffer, sps.points, vpls, paths, NEAR_PATH_PARAMETERS, irradiance]
     launch(near_path_kernel, sps.capacity, inputs, sps.device)

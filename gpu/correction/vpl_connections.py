@@ -65,11 +65,18 @@ class Connections:
 @wp.func
 def drawn_member(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, areas: wp.array[float],
                  state: wp.uint32) -> int:  # fmt: skip
-    """A member of a cluster: any of a far one, of a near one in proportion to its light."""
+    """A member of a cluster: of a far one in proportion to its flux, of a near one to its light."""
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
-    if not is_opened(position, disk_at(vpls.disks, cluster)):
-        return begin + int(hashed(state) % wp.uint32(end - begin))
+    disk = disk_at(vpls.disks, cluster)
+    if not is_opened(position, disk):
+        # Members' areas are as their flux, which differs a hundredfold where light paths begin as matters.
+        rest = float(hashed(state)) * TO_UNIT * disk.area
+        vpl = int(begin)
+        while vpl < end - 1 and rest >= vpls.member_area[vpl]:
+            rest -= vpls.member_area[vpl]
+            vpl += 1
+        return vpl
     drawn = reservoir(state)
     for vpl in range(begin, end):
         drawn = offered(drawn, vpl, brightness(member_irradiance(position, normal, vpls, vpl, areas[vpl])))
@@ -78,14 +85,13 @@ def drawn_member(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster:
 
 @wp.func
 def member_probability(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, areas: wp.array[float],
-                       light: float) -> float:  # fmt: skip
+                       member: int, light: float) -> float:  # fmt: skip
     """Of the choice of a member with so much `light` by `drawn_member`."""
-    begin = vpls.starts[cluster]
-    end = vpls.starts[cluster + 1]
-    if not is_opened(position, disk_at(vpls.disks, cluster)):
-        return 1.0 / float(end - begin)
+    disk = disk_at(vpls.disks, cluster)
+    if not is_opened(position, disk):
+        return vpls.member_area[member] / disk.area
     total = float(0.0)
-    for vpl in range(begin, end):
+    for vpl in range(vpls.starts[cluster], vpls.starts[cluster + 1]):
         total += brightness(member_irradiance(position, normal, vpls, vpl, areas[vpl]))
     return light / total
 
@@ -203,7 +209,7 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
                 cluster = cluster_of(vpls, vpl)
                 probable = cluster_probability(position, normal, guided, known, cluster, whole)
                 if probable > 0.0:
-                    probable *= member_probability(position, normal, vpls, cluster, this_pass.areas, light)
+                    probable *= member_probability(position, normal, vpls, cluster, this_pass.areas, vpl, light)
                 density += guided_rays * probable
             rays.share[index] = wp.where(ray == 0, counted, light) / density
 

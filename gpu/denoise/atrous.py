@@ -106,6 +106,38 @@ def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: i
     out[pixel] = mixed / total
 
 
+@wp.kernel
+def spread_kernel(first: int, gbuffer: GBuffer, image: ImageSize, listed: wp.array[int], step: int,
+                  plane_tolerance: float, light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: as `atrous_pixels_kernel` does, whatever light others have, where both have an SP.
+
+    listed (pixel,): 1 for these. What one pixel gets another gives: weights are of pairs, and the sum stays.
+    """
+    pixel = first + wp.tid()
+    out[pixel] = light[pixel]
+    if listed[pixel] == 0:
+        return
+    column = pixel % image.width
+    row = pixel // image.width
+    spread = light[pixel]
+    for neighbour in range(9):
+        dx = neighbour % 3 - 1
+        dy = neighbour // 3 - 1
+        x = column + dx * step
+        y = row + dy * step
+        if x >= 0 and x < image.width and y >= 0 and y < image.height:
+            other = y * image.width + x
+            more = light[other] - light[pixel]
+            # Of most pixels there is nothing to spread.
+            if listed[other] == 1 and wp.length_sq(more) > 0.0:
+                weight = wp.min(
+                    edge_stopping_weight(gbuffer, pixel, other, step, plane_tolerance),
+                    edge_stopping_weight(gbuffer, other, pixel, step, plane_tolerance),
+                )
+                spread += more * (weight * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0)
+    out[pixel] = spread
+
+
 @wp.func
 def luminance_weight(own: float, other: float, tolerance: float) -> float:
     """How much of what a neighbour knows counts, 0 … 1, where a guide of little noise has `other` light there."""
@@ -194,6 +226,17 @@ class Smoothing:
             source, target = target, source
         if source is not light:
             wp.copy(light, source)
+
+    def spread(self, gbuffer: GBuffer, sps: ShadingPoints, light: wp.array) -> wp.array:
+        """The `light` (pixel,) of `sps` spread over the SPs around on one surface, which have as much of it together;
+        the next call overwrites the array.
+        """
+        source, target = light, self._other
+        for step in STEPS:
+            inputs = [gbuffer, self._image, sps.listed, step, self._chosen.plane_tolerance, source, target]
+            launch(spread_kernel, len(light), inputs, self.device)
+            source, target = target, self._third if target is self._other else self._other
+        return source
 
     def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array, *,
               nearer_on_detail: bool) -> wp.array:  # fmt: skip

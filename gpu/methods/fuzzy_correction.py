@@ -11,6 +11,7 @@ from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.near_paths import NearPaths, trace_near_paths
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
+from gpu.correction.sparks import take_sparks
 from gpu.correction.visibility_correction import Correction, Passes
 from gpu.correction.vpl_connections import Connections, connect
 from gpu.indirect.clustered_light import ClusteredLight, clustered_light
@@ -169,8 +170,11 @@ class FuzzyCorrection:
             connect(frame.scene, frame.gbuffer, points, known, frame.indirect, self._rays.rays, rays)
 
         def near() -> None:
-            inputs = frame.gbuffer, points, lights.vpls, paths, frame.indirect
+            irradiance, sparks = frame.indirect.irradiance, self._rays.own
+            inputs = frame.gbuffer, points, lights.vpls, paths, irradiance
             trace_near_paths(frame.scene, lights.table, *inputs)
+            take_sparks(points, kind.sample, frame.indirect, sparks)
+            points.add(frame.smoothing.spread(frame.gbuffer, points, sparks), irradiance, bounded=False)
 
         stages.run("connect", connected, repeats=False)
         stages.run("paths", near, repeats=False)

@@ -52,15 +52,16 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
     paths.bounds, paths.areas, paths.bounces = bounds, these.areas, BOUNCES
     sent, given_back = np.zeros(view.pixels), np.zeros(view.pixels)
     albedo = view.gbuffer.albedo.numpy().mean(axis=1)
+    irradiance = view.indirect.irradiance
     for sample in range(SAMPLES):
         room.shade(sample)
         these.seed = paths.sample = sample
         inputs = view.scene, view.gbuffer, view.shading_points
         connect(*inputs, room.known, view.indirect, rays, these)
-        bounded = view.indirect.irradiance.numpy().mean(axis=1) * albedo / np.pi
-        trace_near_paths(view.scene, build_light_table(scene), *inputs[1:], room.lights, paths, view.indirect)
+        bounded = irradiance.numpy().mean(axis=1) * albedo / np.pi
+        trace_near_paths(view.scene, build_light_table(scene), *inputs[1:], room.lights, paths, irradiance)
         sent += bounded / SAMPLES
-        given_back += (view.indirect.irradiance.numpy().mean(axis=1) * albedo / np.pi - bounded) / SAMPLES
+        given_back += (irradiance.numpy().mean(axis=1) * albedo / np.pi - bounded) / SAMPLES
     # One light set is off by a per cent or so.
     assert (sent + given_back).mean() == pytest.approx(traced.mean(), rel=0.03)
     tiles = [light.reshape(4, 3, 4, 4).mean(axis=(1, 3)) for light in (sent + given_back, traced)]
@@ -70,36 +71,19 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
 
 
 def test_paths_go_on_where_a_wide_bound_takes_much_away(room: Pipeline) -> None:
-    """So of nine in ten SPs a path finds some light; single paths stay below what is seen as a spark."""
+    """So of nine in ten SPs a path finds some light, and no single path finds far more than others."""
     view, table, scene = room.view, build_light_table(room.device_scene), room.device_scene
     lit = radiosity_cache(scene, scene.data, room.lights)
     bounds = bound_areas(lit, parameters(BoundAreaParameters, vpl_areas=60.0, unlit=60e-4))
     paths, found = NearPaths(), []
     paths.bounds, paths.areas, paths.bounces = bounds, areas_of(room.lights, bounds), BOUNCES
     room.shade()
-    view.indirect.unoccluded_near.fill_(1e20)
     for sample in range(SAMPLES):
         paths.sample = sample
         view.indirect.irradiance.zero_()
-        inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect
+        inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect.irradiance
         trace_near_paths(view.scene, table, *inputs)
         found.append(view.indirect.irradiance.numpy().mean(axis=1)[room.pixels])
     light = np.array(found, np.float64)
     assert 0.89 < np.mean(light > 0.0) < 0.925
     assert light.max() < 20.0 * light.mean()
-
-
-def test_what_is_far_too_bright_is_bounded_the_less_the_later(room: Pipeline) -> None:
-    view, table = room.view, build_light_table(room.device_scene)
-    bounds = bound_areas(radiosity_cache(room.device_scene, room.device_scene.data, room.lights))
-    paths = NearPaths()
-    paths.bounds, paths.areas, paths.bounces = bounds, areas_of(room.lights, bounds), BOUNCES
-    room.shade()
-    unoccluded = (view.indirect.unoccluded_near.numpy() + view.indirect.unoccluded_far.numpy())[: room.sp_count]
-    for sample, most in ((0, 2.0), (8, 3.0), (64, 10.0)):
-        view.indirect.irradiance.fill_(wp.vec3(1e6, 1e6, 1e6))
-        paths.sample = sample
-        inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect
-        trace_near_paths(view.scene, table, *inputs)
-        light = view.indirect.irradiance.numpy().mean(axis=1)[room.pixels]
-        assert np.allclose(light, most * unoccluded, rtol=1e-3)

@@ -6,11 +6,12 @@ from scenes import slats
 
 from gpu.core.device import launch
 from gpu.core.kahan import Sum, kahan_add
-from gpu.correction.vpl_connections import Connections, connect
+from gpu.correction.vpl_connections import Connections, connect, drawn_member, member_probability
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.irradiance import CHECKS
+from gpu.sampling.sobol import hashed
 from gpu.scene.types import Doubles
 from gpu.vpl.form_factor import member_irradiance
 from gpu.vpl.shadow_rays import shadow_rays
@@ -34,6 +35,18 @@ def all_members_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: w
         if light[0] > 0.0 and connected_solid(scene, position, gbuffer.geometric_normal[pixel], there, facing):
             total = kahan_add(total, light)
     out[pixel] = total.total
+
+
+@wp.kernel
+def draw_kernel(first: int, position: wp.vec3, vpls: VplClusters, cluster: int, drawn: wp.array[int],
+                probability: wp.array[float]) -> None:  # fmt: skip
+    """One thread a draw of a member for an SP at `position`, and how probable that was."""
+    index = first + wp.tid()
+    normal = wp.vec3(0.0, 0.0, -1.0)
+    areas = vpls.member_area
+    vpl = drawn_member(position, normal, vpls, cluster, areas, hashed(wp.uint32(index)))
+    drawn[index] = vpl
+    probability[index] = member_probability(position, normal, vpls, cluster, areas, vpl, 0.0)
 
 
 def areas_for(fuzzy: Pipeline) -> wp.array:
@@ -90,3 +103,20 @@ def test_of_what_no_cluster_knows_one_ray_to_the_likeliest_of_some_vpls_tells_mu
     assert found.mean() == pytest.approx(exact.mean(), rel=0.03)
     noise = found.mean(axis=2).std(axis=0, ddof=1) / exact.mean(axis=1)
     assert 0.95 < noise.mean() < 1.15
+
+
+def test_members_of_far_clusters_are_drawn_in_proportion_to_their_flux() -> None:
+    device_scene, camera, _ = slats()
+    vpls, draws = Pipeline(device_scene, camera, SIZE, 80, vpls=1000, vpl_clusters=60).lights, 20_000
+    starts = vpls.starts.numpy()
+    cluster = int(np.argmax(np.diff(starts[: vpls.count + 1])))
+    members = range(starts[cluster], starts[cluster + 1])
+    # Areas stand for flux.
+    areas, share = vpls.member_area.numpy(), np.random.default_rng(0).dirichlet(np.full(len(members), 0.5))
+    areas[members] = share * areas[members].sum()
+    vpls.member_area.assign(areas)
+    drawn, probability = (wp.zeros(draws, dtype=kind, device="cpu") for kind in (int, float))
+    launch(draw_kernel, draws, [wp.vec3(0.0, 0.0, 50.0), vpls, cluster, drawn, probability], drawn.device)
+    often = np.bincount(drawn.numpy() - members.start, minlength=len(members)) / draws
+    assert np.all(np.abs(often - share) < 5.0 * np.sqrt((share + 1e-4) / draws))
+    assert np.allclose(probability.numpy(), share[drawn.numpy() - members.start], rtol=1e-3)

@@ -65,6 +65,22 @@ def test_noise_falls_and_its_mean_stays() -> None:
     assert result.mean() == pytest.approx(light.mean(), abs=0.02)
 
 
+def test_light_spreads_over_a_surface_however_much_it_differs() -> None:
+    """Between SPs alone, whose strides skip some pixels, and not beyond a surface."""
+    light = np.where(LEFT, 0.0, 7.0)
+    light[20, 12] = 1e6
+    sps = ShadingPoints((WIDTH, HEIGHT), 2, CPU)
+    sps.find(split_walls()["depth"])
+    listed = sps.listed.numpy().reshape(HEIGHT, WIDTH) == 1
+    values = grey_values(np.where(listed, light, 0.0))
+    result = numbers(Smoothing((WIDTH, HEIGHT), CPU).spread(split_walls()["depth"], sps, values))
+    assert np.all(result[~listed] == 0.0)
+    assert np.allclose(result[listed & ~LEFT], 7.0)
+    assert result[LEFT].max() < 0.07e6
+    assert result[LEFT].sum() == pytest.approx(1e6, rel=1e-5)
+    assert np.count_nonzero(result[LEFT]) > 40
+
+
 def test_a_sharp_shadow_without_noise_stays_sharp() -> None:
     light = np.zeros((HEIGHT, WIDTH))
     light[:, WIDTH // 2 :] = 1.0
