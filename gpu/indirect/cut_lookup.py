@@ -79,6 +79,7 @@ def irradiance_in_cut(lit: CutMap, position: wp.vec3, normal: wp.vec3) -> Told:
     stretched along the normals, so that no light comes through thin walls and shelves.
     """
     light = wp.vec3(0.0, 0.0, 0.0)
+    earlier = wp.vec3(0.0, 0.0, 0.0)
     total = float(0.0)
     for level in range(LEVELS):
         bucket = bucket_at(lit.grid, position, level, 1.0)
@@ -92,10 +93,12 @@ def irradiance_in_cut(lit: CutMap, position: wp.vec3, normal: wp.vec3) -> Told:
                 if answers and disk_level(lit.grid, lit.free[node], 1.0) == level:
                     weight = (1.0 - share * share) * facing
                     light += lit.sites.irradiance[node] * weight
+                    earlier += lit.sites.earlier[node] * weight
                     total += weight
     told = Told()
     told.known = total > 0.0
     told.irradiance = light / wp.max(total, 1.0e-12)
+    told.earlier = earlier / wp.max(total, 1.0e-12)
     return told
 
 

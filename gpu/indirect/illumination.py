@@ -7,9 +7,12 @@ import warp as wp
 
 @wp.struct
 class Told:
-    """irradiance of a surface point [W/m²]; known: whether anything tells of it, else it is 0."""
+    """irradiance of a surface point [W/m²]; earlier: what of that is not of the last bounce, so it may be reflected
+    once more; known: whether anything tells of it, else both are 0.
+    """
 
     irradiance: wp.vec3
+    earlier: wp.vec3
     known: bool
 
 

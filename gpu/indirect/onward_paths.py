@@ -36,7 +36,7 @@ PAIRS_A_VERTEX = wp.constant(3)
 class OnwardParameters:
     """vertices: of a path at the most, with the end of the gather ray; where nothing is known still, it is dark.
 
-    Of light that is known a path brings one bounce more than photons have, for each vertex.
+    Of light that is known a path counts what is not of the last bounce: it adds one itself.
     """
 
     vertices: int = 4
@@ -120,7 +120,7 @@ def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp
             throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
             told = lookup(lit, surface.position, surface.geometric_normal)
             if told.known:
-                light += wp.cw_mul(throughput, told.irradiance)
+                light += wp.cw_mul(throughput, told.earlier)
                 break
         radiance[index] = light
 

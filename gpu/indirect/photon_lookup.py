@@ -108,6 +108,7 @@ def irradiance_in_full_map(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> 
     site = nearest_site(lit, position, normal)
     if site >= 0:
         told.irradiance = lit.sites.irradiance[site]
+        told.earlier = lit.sites.earlier[site]
         told.known = True
     return told
 

@@ -53,7 +53,8 @@ class PhotonSites:
 
     alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
     the estimate's disk, unit space; free (site,): so far around, at most that, there is nothing but their surface, 0
-    where too little of it is to be believed; irradiance (site,) [W/m²].
+    where too little of it is to be believed; irradiance (site,) [W/m²]; earlier (site,): what of that photons bring
+    that are not of the last bounce.
     """
 
     alike: ClusteringParameters
@@ -62,6 +63,7 @@ class PhotonSites:
     radius: wp.array[float]
     free: wp.array[float]
     irradiance: wp.array[wp.vec3]
+    earlier: wp.array[wp.vec3]
 
 
 def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
@@ -93,11 +95,17 @@ def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameter
     found = neighbours(tree, sites.alike, own, chosen.most_radius)
     radius = found.distance[wp.static(NEIGHBOURS - 1)]
     total = photons.flux[own] * chosen.own_share
+    last = wp.where(photons.bounce[own] + 1 >= photons.bounces, total, wp.vec3(0.0, 0.0, 0.0))
     for place in range(wp.static(NEIGHBOURS)):
-        if found.photon[place] >= 0 and found.distance[place] < radius:
-            total += photons.flux[found.photon[place]]
+        other = found.photon[place]
+        if other >= 0 and found.distance[place] < radius:
+            total += photons.flux[other]
+            if photons.bounce[other] + 1 >= photons.bounces:
+                last += photons.flux[other]
+    area = wp.max(PI * radius * radius, 1.0e-20)
     sites.radius[site] = radius
-    sites.irradiance[site] = total / wp.max(PI * radius * radius, 1.0e-20)
+    sites.irradiance[site] = total / area
+    sites.earlier[site] = (total - last) / area
 
 
 @wp.struct
@@ -158,7 +166,9 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
     position = tree.photons.position[sites.photon[site]]
     normal = tree.photons.normal[sites.photon[site]]
     disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], site, tree.leaves)
-    sites.irradiance[site] = sites.irradiance[site] / wp.max(disk.share, chosen.least_covered)
+    share = wp.max(disk.share, chosen.least_covered)
+    sites.irradiance[site] = sites.irradiance[site] / share
+    sites.earlier[site] = sites.earlier[site] / share
     sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
 
 

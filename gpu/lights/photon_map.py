@@ -18,14 +18,16 @@ class Photons:
     """Photons in Morton order, those of one side of a surface together.
 
     position, normal (photon,): where one arrives in unit space, the geometric normal on the side that it arrives from;
-    flux (photon,): what it brings, before anything is reflected [W]; count (1,): how many there are; places beyond hold
-    nothing.
+    flux (photon,): what it brings, before anything is reflected [W]; bounce (photon,): how many surfaces its path met
+    before; count (1,): how many there are; places beyond hold nothing. bounces: that paths have at most.
     """
 
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     flux: wp.array[wp.vec3]
+    bounce: wp.array[int]
     count: wp.array[int]
+    bounces: int
 
 
 @wp.kernel
@@ -38,6 +40,7 @@ def gather_photons_kernel(first: int, order: wp.array[int], raw: Vpls, out: Phot
     out.position[index] = raw.position[source]
     out.normal[index] = raw.normal[source]
     out.flux[index] = raw.flux[source]
+    out.bounce[index] = raw.bounce[source]
 
 
 class PhotonMap:
@@ -47,7 +50,7 @@ class PhotonMap:
         self._ends = PathEnds(paths, bounces, device, arriving=True)
         self.capacity = self._ends.capacity
         self.photons: Photons = allocate(Photons, self.capacity, device)
-        self.photons.count = self._ends.filled
+        self.photons.count, self.photons.bounces = self._ends.filled, bounces
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace and sort new photons by `seed` (1,)."""

@@ -4,6 +4,9 @@ All light is made anew in each frame, so light, camera and scene may change betw
 gathered are kept in a walk.
 """
 
+import warp as wp
+
+from gpu.core.device import duplicate
 from gpu.core.reduce import Counter
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages, new_number
@@ -14,6 +17,7 @@ from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.irradiance_interpolation import interpolate_irradiance
 from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for
+from gpu.lights.light_table import LightTable, PowerCdf
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.methods.caustics import caustics_of
@@ -24,6 +28,7 @@ from gpu.methods.passes import FrameKind, Passes, frame_kind
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Component
 from gpu.sp.shading_clusters import ShadingClustering
+from gpu.vpl.emitter_importance import important_emitters
 
 
 class PhotonGather(RenderMethod[GatherViewState]):
@@ -47,7 +52,11 @@ class PhotonGather(RenderMethod[GatherViewState]):
 
     def __init__(self, setup: RenderSetup) -> None:
         settings, counts = setup.settings, setup.sample_counts
-        self._setup, self._table = setup, setup.light_sets.table
+        self._setup = setup
+        # As of the scene's, but that paths begin where they matter: at other emitters, in arrays of its own.
+        self._table = duplicate(LightTable, setup.light_sets.table)
+        self._table.all_emitters = duplicate(PowerCdf, self._table.all_emitters)
+        self._table.all_emitters.cumulative = wp.zeros_like(self._table.all_emitters.cumulative)
         self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
         self._passes = Passes(setup, self._frame)
         self._caustics = caustics_of(setup, self._frame)
@@ -70,6 +79,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
             return
         paths = 0
         if settings.component is not Component.DIRECT:
+            important = important_emitters(setup.device_scene, frame.scene, sets.table)
+            wp.copy(self._table.all_emitters.cumulative, important.cumulative)
             inputs = setup.device_scene, frame.scene, self._table, setup.sample_counts.photons, setup.bounces
             paths = paths_for(*inputs, frame.features)
         self._has_indirect, self._version = paths > 0, sets.version

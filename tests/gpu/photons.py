@@ -25,6 +25,7 @@ def photons_of(positions: Floats, normals: Floats, fluxes: Floats) -> Photons:
     photons = Photons()
     photons.position, photons.normal = column(positions, wp.vec3), column(normals, wp.vec3)
     photons.flux, photons.count = column(fluxes, wp.vec3), column([len(positions)], wp.int32)
+    photons.bounce, photons.bounces = column(np.zeros(len(positions)), wp.int32), 2
     return photons
 
 

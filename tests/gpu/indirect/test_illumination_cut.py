@@ -89,7 +89,7 @@ def test_nodes_cover_all_photons_once_and_sites_are_theirs(square: SceneData) ->
 
 def read_of(floor: DeviceScene, radius: float) -> tuple[IlluminationCut, Floats]:
     """A cut of up to 256 nodes for nine flecks of light of such a radius, with a tenth of that light between them, and
-    what is read of it there.
+    what is read of it there, where anything tells of it.
     """
     rng = np.random.default_rng(1)
     middles = 0.31 * np.stack(np.meshgrid((-1, 0, 1), (-1, 0, 1)), axis=-1).reshape(-1, 2)
@@ -103,7 +103,9 @@ def read_of(floor: DeviceScene, radius: float) -> tuple[IlluminationCut, Floats]
     light = CutLight(tree_of(photons, light_at(photons) / 64**2), 256)
     light.estimate(floor.view(lambertian=True))
     told, places = read_at(lattice(60), floor, 0.7, light)
-    return light.cut, told[light_at(places) < 1.0, 0]
+    known = told[:, 0] > 0.0  # all but the rim
+    assert known.mean() > 0.9
+    return light.cut, told[known & (light_at(places) < 1.0), 0]
 
 
 def test_even_light_takes_less_than_half_of_the_nodes_and_is_told_right(floor: DeviceScene) -> None:
@@ -115,4 +117,4 @@ def test_even_light_takes_less_than_half_of_the_nodes_and_is_told_right(floor: D
 
 def test_light_of_small_flecks_makes_what_is_between_them_little_brighter(floor: DeviceScene) -> None:
     _, told = read_of(floor, 0.07)
-    assert told.mean() < 1.75 * 0.1
+    assert told.mean() < 1.9 * 0.1
