@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic
+from typing import TypeAlias
 
 from gpu.child_process import module_command
 from gpu.errors import UserError
@@ -75,14 +76,16 @@ LOST = "the renderer was lost; it is being started again"
 log = logging.getLogger("lumenwalk.engine")
 
 Make = Callable[[], Job | None]
+Turn: TypeAlias = asyncio.Future[asyncio.Future[Reply] | None]
 
 
 @dataclass(frozen=True)
 class _Waiting:
-    """What is to be done when a turn comes, and who is to be told."""
+    """What is to be done when a turn comes, and who is to be told; elsewhere: has another engine give the turn."""
 
     make: Make
-    turn: "asyncio.Future[asyncio.Future[Reply] | None]"
+    turn: Turn
+    elsewhere: Callable[[], None] | None = None
 
 
 class Engine:
@@ -204,28 +207,41 @@ class Engine:
             self._set_activity(RECOVERING)
             await asyncio.sleep(pause)
 
-    async def submit(self, client: int, urgency: Urgency, make: Make) -> "asyncio.Future[Reply] | None":
-        """Wait for a turn, then send the job that `make` returns then, and return the future of its answer.
+    def submit(
+        self,
+        client: int,
+        urgency: Urgency,
+        make: Make,
+        turn: Turn | None = None,
+        elsewhere: Callable[[], None] | None = None,
+    ) -> Turn:
+        """The future of a turn, in which the job is sent that `make` returns then, and of its answer; who cancels it
+        leaves.
 
-        client: the viewer's number, or STILLS. Returns None when `make` does, which gives the turn away and costs
-        nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
-        RenderFaultError (a bug) or WorkerLostError. TurnedAwayError: it is to be asked of another engine.
+        client: the viewer's number, or STILLS. There is no answer when `make` returns None, which gives the turn away
+        and costs nothing. Else it is the answer and its bytes, or UserError (the job was wrong), OutOfMemoryError,
+        RenderFaultError (a bug) or WorkerLostError. turn: the future, where there is one; elsewhere: has another engine
+        give it, when that is ready and this one is not; without, the turn ends with TurnedAwayError then.
         """
-        entry, waiting = self._enqueue(client, urgency, make)
-        try:
-            return await waiting.turn
-        finally:
-            self._schedule.leave(entry)
-            self._waiting.pop(entry, None)
+        turn = turn or asyncio.get_running_loop().create_future()
+        entry = self._enqueue(client, urgency, _Waiting(make, turn, elsewhere))
+        turn.add_done_callback(lambda _: self._leave_queue(entry) if turn.cancelled() else None)
+        return turn
+
+    def _leave_queue(self, entry: QueueEntry) -> None:
+        self._schedule.leave(entry)
+        self._waiting.pop(entry, None)
 
     def turn_away(self) -> None:
         """Another engine is ready, and this one is not: who waits for a turn is to go there."""
         for entry, waiting in tuple(self._waiting.items()):
             if entry.client != HEARTBEAT and not waiting.turn.done():
+                self._leave_queue(entry)
+                if waiting.elsewhere is not None:
+                    waiting.elsewhere()
+                    continue
                 waiting.turn.set_exception(TurnedAwayError("another renderer is ready"))
                 waiting.turn.exception()  # marks it as seen: who waits may have left this instant
-                self._schedule.leave(entry)
-                del self._waiting[entry]
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Load a scene and say what is in it; errors as the futures of `submit`."""
@@ -372,19 +388,20 @@ class Engine:
 
     def _queue_heartbeat(self) -> None:
         if all(entry.client != HEARTBEAT for entry in self._waiting):
-            self._enqueue(HEARTBEAT, Urgency.REFINING, self._heartbeat)
+            turn = asyncio.get_running_loop().create_future()
+            self._enqueue(HEARTBEAT, Urgency.REFINING, _Waiting(self._heartbeat, turn))
 
     def _heartbeat(self) -> Job:
         return heartbeat(self._last_rendered, self.scenes, self._start.scene)
 
     # --- turns and answers ---
 
-    def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[QueueEntry, _Waiting]:
+    def _enqueue(self, client: int, urgency: Urgency, waiting: _Waiting) -> QueueEntry:
         entry = self._schedule.join(client, urgency)
-        waiting = self._waiting[entry] = _Waiting(make, asyncio.get_running_loop().create_future())
+        self._waiting[entry] = waiting
         self._dispatch()
         self._ask_back_for_others()
-        return entry, waiting
+        return entry
 
     def _dispatch(self) -> None:
         while self._listening and not self._running.full:

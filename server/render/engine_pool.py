@@ -13,12 +13,10 @@ from time import monotonic
 from server.render.activity import Activity, EngineState
 from server.render.busy_meter import BusyMeter
 from server.render.cost import Speeds
-from server.render.engine import WORKER, Engine, Make
-from server.render.pending import Reply
+from server.render.engine import WORKER, Engine, Make, Turn
 from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine
 from server.render.schedule import Urgency
-from server.render.worker_link import TurnedAwayError
 from server.wire.worker import STILLS, SceneRef, Start
 
 LATELY_SECONDS = 10.0  # after its last wish, a client no longer counts where engines are compared
@@ -153,15 +151,15 @@ class EnginePool:
             self._clients[client] = _Client(engine, scene, now, now)
         return engine
 
-    async def submit(
-        self, client: int, scene: SceneRef, urgency: Urgency, make: Make
-    ) -> "asyncio.Future[Reply] | None":
-        """As `Engine.submit`, by the engine that renders `scene` for the client."""
-        while True:
-            try:
-                return await self.place(client, scene, urgency).submit(client, urgency, make)
-            except TurnedAwayError:
-                continue
+    def submit(self, client: int, scene: SceneRef, urgency: Urgency, make: Make) -> Turn:
+        """As `Engine.submit`, by the engine that renders `scene` for the client when its turn comes."""
+        turn: Turn = asyncio.get_running_loop().create_future()
+
+        def ask() -> None:
+            self.place(client, scene, urgency).submit(client, urgency, make, turn, ask)
+
+        ask()
+        return turn
 
     def leave(self, client: int) -> None:
         """Free what is kept for a client."""

@@ -7,7 +7,7 @@ frames were whole leaves its last one to the mean, so that nothing changes as it
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import monotonic
 
 from gpu.errors import UserError
@@ -176,38 +176,44 @@ class Session:
         urgency = self.due
         if urgency is None or self.scene is None or self._pose is None:
             return None
+        pose, settings = self._pose, self._settings
+        if settings.method.refines_by_samples and settings.samples is None:
+            settings = settings.model_copy(update={"samples": SAMPLES_A_FRAME})
+        wanted_at, samples, video = self._changed_at, None, 0
+        output: Output = "jpeg"
+        if urgency is Urgency.MOVING:
+            self._fresh = False
+            size = self._scaler.size(self._still_size, settings, self._stream.motion_scale)
+            self._moving_size = size
+            sample, walks, quality = None, True, self._qualities.moving
+            if self._takes_video and (self._video_choice.is_video if (wish := self._stream.video) is None else wish):
+                self._video += 1
+                output, video = "h264", self._video
+        else:
+            wanted_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
+            sample, size, quality = self._averaged, self._still_size, self._qualities.still
+            self._averaged = samples = self._averaged + 1
+            # Counts for a target are chosen for walks and for views that rest apart.
+            walks = sample == 0 and size == self._moving_size and not settings.has_target
+            if not self._shown(samples):
+                output = "none"
+            elif samples == self._target_frames and self._stream.lossless and self._takes_png:
+                output, quality = ".png", LOSSLESS
         render = Render(
             self.viewer,
             self.scene,
-            CameraMatrix(self._pose.matrix, self._pose.yfov, self._pose.near),
-            self._size,
-            self._settings,
-            "jpeg",
+            CameraMatrix(pose.matrix, pose.yfov, pose.near),
+            size,
+            _for_a_turn(settings, size),
+            output,
+            sample=sample,
+            walks=walks,
+            quality=quality,
             edits=self._edits,
             own=self._own,
+            video=video,
         )
-        if self._settings.method.refines_by_samples and self._settings.samples is None:
-            render = replace(render, settings=self._settings.model_copy(update={"samples": SAMPLES_A_FRAME}))
-        if urgency is Urgency.MOVING:
-            self._fresh = False
-            size = self._scaler.size(self._still_size, self._settings, self._stream.motion_scale)
-            self._moving_size = size
-            render = replace(render, size=size, walks=True, quality=self._qualities.moving)
-            if self._takes_video and (self._video_choice.is_video if (wish := self._stream.video) is None else wish):
-                self._video += 1
-                render = replace(render, output="h264", video=self._video)
-            return self._request(render, self._changed_at, None), _for_a_turn(render)
-        rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
-        sample, size = self._averaged, self._still_size
-        self._averaged += 1
-        # Counts for a target are chosen for walks and for views that rest apart.
-        walks = sample == 0 and size == self._moving_size and not self._settings.has_target
-        render = replace(render, size=size, sample=sample, walks=walks, quality=self._qualities.still)
-        if not self._shown(self._averaged):
-            render = replace(render, output="none")
-        elif self._averaged == self._target_frames and self._stream.lossless and self._takes_png:
-            render = replace(render, output=".png", quality=LOSSLESS)
-        return self._request(render, rested_at, self._averaged), _for_a_turn(render)
+        return self._request(render, wanted_at, samples), render
 
     def delivered(self, request: FrameRequest, done: Done, waited_ms: float) -> None:
         """A frame was rendered, after it had waited for its turn."""
@@ -291,9 +297,8 @@ class Session:
         self._changed_at = self._now()
 
 
-def _for_a_turn(render: Render) -> Render:
-    """The frame with no more samples than a turn takes; those of the frames that follow add to them."""
-    most = samples_a_turn(render.settings, render.size)
-    if render.settings.samples is None or render.settings.samples <= most:
-        return render
-    return replace(render, settings=render.settings.model_copy(update={"samples": most}))
+def _for_a_turn(settings: RenderSettings, size: tuple[int, int]) -> RenderSettings:
+    """With no more samples than a turn takes; those of the frames that follow add to them."""
+    if settings.samples is None or settings.samples <= (most := samples_a_turn(settings, size)):
+        return settings
+    return settings.model_copy(update={"samples": most})

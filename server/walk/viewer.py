@@ -252,7 +252,7 @@ class Viewer:
             requests.append((request, 1e3 * (monotonic() - asked)))
             return job
 
-        turn = asyncio.ensure_future(self._service.engines.submit(self._session.viewer, scene, urgency, newest))
+        turn = self._service.engines.submit(self._session.viewer, scene, urgency, newest)
         turn.add_done_callback(lambda _: self._stirring.stir())
         try:
             await self._stirring.until(lambda: turn.done() or (not requests and self._overtaken(urgency)))

@@ -27,6 +27,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 
 from gpu.errors import UserError
 
@@ -34,6 +35,7 @@ HEADER_VERSION = 3
 LOSSLESS = 100
 _fixed = struct.Struct("<BBHHHIIIfffBBHH")
 FIXED_BYTES = _fixed.size
+_quoted = lru_cache(1000)(json.dumps)  # names of stages: few, in every frame
 
 
 class Codec(IntEnum):
@@ -74,7 +76,7 @@ class FrameHeader:
 
     def pack(self) -> bytes:
         """The bytes that go before the image."""
-        stages = json.dumps({name: round(ms, 3) for name, ms in self.stage_ms.items()}, separators=(",", ":")).encode()
+        stages = b"{%b}" % ",".join([f"{_quoted(name)}:{round(ms, 3)}" for name, ms in self.stage_ms.items()]).encode()
         fixed = _fixed.pack(
             *(HEADER_VERSION, self.codec, FIXED_BYTES + len(stages), self.width, self.height),
             *(self.pose, self.frame, self.settings),

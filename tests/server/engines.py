@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 from gpu.settings import RenderSettings
-from server.render.engine import Engine
+from server.render.engine import Engine, Make, Turn
 from server.render.pending import Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
@@ -41,7 +41,21 @@ class FakeEngine(Engine):
         self._lost = lost
         self._samples: dict[int, int] = {}
 
-    async def submit(self, client: int, urgency: Urgency, make: Callable[[], Job | None]) -> asyncio.Future[Reply]:
+    def submit(
+        self,
+        client: int,
+        urgency: Urgency,
+        make: Make,
+        turn: Turn | None = None,
+        elsewhere: Callable[[], None] | None = None,
+    ) -> Turn:
+        turn = turn or asyncio.get_running_loop().create_future()
+        given = asyncio.ensure_future(self._give(client, urgency, make))
+        turn.add_done_callback(lambda _: given.cancel())
+        given.add_done_callback(lambda _: turn.done() or turn.set_result(given.result()))
+        return turn
+
+    async def _give(self, client: int, urgency: Urgency, make: Make) -> asyncio.Future[Reply]:
         if self.gate is not None:
             await self.gate.wait()
         job = make()

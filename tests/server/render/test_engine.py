@@ -40,7 +40,7 @@ def test_a_job_is_made_when_its_turn_comes() -> None:
         newest = 1
         slow = await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
         assert slow is not None
-        waiting = asyncio.create_task(engine.submit(2, Urgency.MOVING, lambda: job(seed=newest)))
+        waiting = engine.submit(2, Urgency.MOVING, lambda: job(seed=newest))
         await asyncio.sleep(0.05)
         newest = WRONG_SEED
         reply = await waiting
@@ -80,7 +80,7 @@ def test_whoever_hears_of_a_failure_can_still_give_the_next_turn_away() -> None:
         failed = False
         reply = await engine.submit(1, Urgency.MOVING, lambda: job(seed=WRONG_SEED))
         assert reply is not None
-        waiting = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: None if failed else job()))
+        waiting = engine.submit(1, Urgency.MOVING, lambda: None if failed else job())
         try:
             await reply
         except UserError:
@@ -111,7 +111,7 @@ def test_whoever_costs_less_has_more_turns() -> None:
 def test_one_who_leaves_while_waiting_takes_no_turn() -> None:
     async def scenario(engine: Engine) -> None:
         await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
-        leaver = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: pytest.fail("it has left")))
+        leaver = engine.submit(1, Urgency.MOVING, lambda: pytest.fail("it has left"))
         await asyncio.sleep(0.05)
         leaver.cancel()
         await result(engine, job())
