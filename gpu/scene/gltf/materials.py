@@ -76,7 +76,9 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         clearcoat_normal_scale=coat_normal.factor("scale", 1.0, -_LARGE, _LARGE),
     )
     if material.transmission > 0.0 and not material.is_clear:
-        problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
+        problem = (
+            "lets light through as frosted glass does (KHR_materials_transmission), all of which --method path shows"
+        )
         images.buffers.document.notes.add(problem, entry.name(entry.path))
     return _from_glossy(images, entry, material) if glossy else material
 
