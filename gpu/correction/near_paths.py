@@ -18,7 +18,7 @@ from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
-from gpu.direct.direct_light import delta_light, ris_light
+from gpu.direct.direct_light import delta_light, ris_light, samples_by_power
 from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -118,7 +118,8 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
         throughput = throughput * share
         light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
         if table.sampled.count > 0 and largest(surface.diffuse) > 0.0:
-            found = ris_light(scene, table, surface, -direction, paths.sample, 0, seed + bounce + 1, False)
+            own = samples_by_power(paths.sample, 0, 1, seed + bounce + 1)
+            found = ris_light(scene, table, surface, -direction, own, 0, False)
             light += wp.cw_mul(throughput, found)
         survival = wp.min(chosen.wider * share, 1.0)
         if sobol_pair(paths.sample, pair + 3, seed).x >= survival:

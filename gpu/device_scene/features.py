@@ -12,6 +12,8 @@ from gpu.scene.types import CLEAR_ROUGHNESS, AlphaMode, Environment, Material, S
 
 # So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
 MAX_ENUMERATED = 8
+# Of two emitters, or fewer, samples are evenly spread over both.
+ONE_LAMP = 2
 
 
 @dataclass(frozen=True)
@@ -20,10 +22,9 @@ class SceneFeatures:
 
     alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
-    their own; environment: a picture of the light around; soft: as `has_soft_light` tells; specular: as
-    `has_specular` tells; frosted: glass that scatters what goes through, or
-    is in part something else; coats: clear ones over other
-    surfaces, which are glossy.
+    their own; environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as
+    `has_several_lamps` tells; specular: as `has_specular` tells; frosted: glass that scatters what goes through, or
+    is in part something else; coats: clear ones over other surfaces, which are glossy.
     """
 
     alpha: bool = True
@@ -35,6 +36,7 @@ class SceneFeatures:
     gloss: bool = True
     environment: bool = True
     soft: bool = True
+    lamps: bool = True
     specular: bool = True
     frosted: bool = True
     coats: bool = True
@@ -105,6 +107,13 @@ def has_soft_light(scene: Scene) -> bool:
     return emits or scene.sky is not None or len(scene.lights) > MAX_ENUMERATED
 
 
+def has_several_lamps(scene: Scene) -> bool:
+    """Whether sampled light is of more than the two triangles of a rectangle or the sky: whether there is a choice."""
+    triangles = sum(scene.material_triangles[n] for n, material in enumerate(scene.materials) if material.emits)
+    lights = len(scene.lights) if len(scene.lights) > MAX_ENUMERATED else 0
+    return bool(triangles + (scene.sky is not None) + lights > ONE_LAMP)
+
+
 def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False, assume_textures: bool = False,
                    assume_gloss: bool = False) -> SceneFeatures:  # fmt: skip
     """What `scene` has, and what is to be assumed of it. lambertian: its surfaces are opaque and Lambertian."""
@@ -121,6 +130,7 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         gloss=gloss or assume_gloss,
         environment=isinstance(scene.sky, Environment),
         soft=has_soft_light(scene),
+        lamps=has_several_lamps(scene),
         specular=not lambertian and has_specular(scene),
         frosted=not lambertian and any(_frosted(material) for material in materials),
         coats=not lambertian and any(_coated(material) for material in materials),

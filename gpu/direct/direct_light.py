@@ -1,7 +1,8 @@
 """Direct light at shading points: soft shadows of emissive triangles and the sky, hard ones of punctual lights.
 
 A light sample is resampled from a few candidates by what they would contribute unshadowed (Talbot et al., Importance
-Resampling for Global Illumination, 2005), so that its shadow ray is spent where it counts. On glossy surfaces a ray of
+Resampling for Global Illumination, 2005), so that its shadow ray is spent where it counts. Where there are several
+emitters, candidates are of those that the surfaces around see (gpu.direct.light_selection). On glossy surfaces a ray of
 the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
 """
 
@@ -19,10 +20,11 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import Surface
+from gpu.direct.light_selection import LightPick, LightProbes, LightSelection, bins_at, learnt_pick
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
-from gpu.sampling.sobol import sobol_pair_at
+from gpu.sampling.sobol import Pair, sobol_pair_at
 
 # Light samples of which one gets the shadow ray, one of each of so many strata of all light: the length of vectors.
 CANDIDATES = wp.constant(8)
@@ -30,6 +32,35 @@ STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
 Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)
 # `area_light` takes sample pairs below this one; the rest are free for its callers.
 DIRECT_PAIRS = wp.constant(3)
+BY_POWER = wp.constant(-1)
+
+
+@wp.struct
+class PointSamples:
+    """Which samples of soft light a point takes.
+
+    place, seed: as for gpu.sampling.sobol.sobol_pair_at; moment: of the first of `count`; selection: what is learnt of
+    its lights, from element `bins` on (gpu.direct.light_selection), or BY_POWER.
+    """
+
+    place: int
+    moment: int
+    count: int
+    seed: int
+    selection: LightSelection
+    bins: int
+
+
+@wp.func
+def samples_by_power(place: int, moment: int, count: int, seed: int) -> PointSamples:
+    """Those of lights that are chosen by power; as PointSamples."""
+    samples = PointSamples()
+    samples.place = place
+    samples.moment = moment
+    samples.count = count
+    samples.seed = seed
+    samples.bins = BY_POWER
+    return samples
 
 
 @wp.func
@@ -45,21 +76,34 @@ def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, gloss
 
 
 @wp.func
-def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
-              seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
+def candidate_pick(samples: PointSamples, pick: Pair, candidate: int) -> LightPick:
+    """The emitter of a candidate, as `pick` chooses one of each stratum."""
+    if samples.bins != BY_POWER:
+        return learnt_pick(samples.selection, samples.bins, (float(candidate) + pick.x) / float(CANDIDATES))
+    chosen = LightPick()
+    chosen.value = STRATUM * wp.uint32(candidate) + pick.a // wp.uint32(CANDIDATES)
+    chosen.density = 1.0
+    chosen.visible = 1.0
+    return chosen
+
+
+@wp.func
+def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples, moment: int,
+              glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
     Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
     along the sum of their weights, leaves the samples as well stratified as they come.
     """
-    pick = sobol_pair_at(place, moment, 0, seed)
-    point = sobol_pair_at(place, moment, 1, seed)
+    pick = sobol_pair_at(samples.place, moment, 0, samples.seed)
+    point = sobol_pair_at(samples.place, moment, 1, samples.seed)
     weights = Weights()
     total = float(0.0)
     for candidate in range(CANDIDATES):
-        value = STRATUM * wp.uint32(candidate) + pick.a // wp.uint32(CANDIDATES)
-        sample = sample_light(scene, table, table.sampled, surface.position, value, point)
-        weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy))
+        light = candidate_pick(samples, pick, candidate)
+        sample = sample_light(scene, table, table.sampled, surface.position, light.value, point)
+        likely = light.visible / light.density
+        weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy)) * likely
         total += weights[candidate]
     if total <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
@@ -72,20 +116,20 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
             chosen = candidate
             weight = weights[candidate]
             rest -= weight
-    value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
-    sample = sample_light(scene, table, table.sampled, surface.position, value, point)
+    light = candidate_pick(samples, pick, chosen)
+    sample = sample_light(scene, table, table.sampled, surface.position, light.value, point)
     reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
     if largest(reached) <= 0.0:
         return reached
-    light = unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
-    return wp.cw_mul(reached, light)
+    likely = total / (weight * light.density * float(CANDIDATES))
+    return wp.cw_mul(reached, unshadowed_light(surface, view, sample, glossy) * likely)
 
 
 @wp.func
-def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
-                       seed: int) -> wp.vec3:  # fmt: skip
+def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples,
+                       moment: int) -> wp.vec3:  # fmt: skip
     """The other part of the estimate on a glossy surface: light that a ray of the specular lobe hits."""
-    point = sobol_pair_at(place, moment, 2, seed)
+    point = sobol_pair_at(samples.place, moment, 2, samples.seed)
     lobe = sample_specular(surface, view, point.x, point.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
@@ -110,20 +154,16 @@ def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.
 
 
 @wp.func
-def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
-               samples: int, seed: int) -> wp.vec3:  # fmt: skip
-    """Radiance that `surface` reflects of all other lights, estimated [W/m²/sr].
-
-    The mean of `samples` estimates, of `moment` and those that follow; see gpu.sampling.sobol.sobol_pair_at.
-    """
+def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples) -> wp.vec3:
+    """Radiance that `surface` reflects of all other lights [W/m²/sr]: the mean of estimates by these samples."""
     light = wp.vec3(0.0, 0.0, 0.0)
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0):
         glossy = scene.glossy and is_glossy(surface)
-        for number in range(moment, moment + samples):
-            estimate = ris_light(scene, table, surface, view, place, number, seed, glossy)
+        for moment in range(samples.moment, samples.moment + samples.count):
+            estimate = ris_light(scene, table, surface, view, samples, moment, glossy)
             if glossy:
-                estimate += bsdf_sampled_light(scene, table, surface, view, place, number, seed)
-            light += estimate / float(samples)
+                estimate += bsdf_sampled_light(scene, table, surface, view, samples, moment)
+            light += estimate / float(samples.count)
     return light
 
 
@@ -136,25 +176,28 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 @wp.struct
 class DirectSamples:
     """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
-    those that complement each other; seed.
+    those that complement each other; seed; selection: what is learnt of the lights, if anything.
     """
 
     count: int
     moment: wp.array[int]
     seed: int
+    selection: LightSelection
 
 
-def direct_samples(count: int, moment: wp.array, seed: int) -> DirectSamples:
-    """The struct of these."""
+def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes | None = None) -> DirectSamples:
+    """The struct of these; probes: that have learnt, if any have."""
     samples = DirectSamples()
     samples.count, samples.moment, samples.seed = count, moment, seed
+    if probes:
+        samples.selection = probes.selection
     return samples
 
 
 @cache
 def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool, panes: bool,
-                        environment: bool) -> wp.Kernel:  # fmt: skip
-    """The kernel for scenes with or without these of gpu.device_scene.features."""
+                        environment: bool, learnt: bool) -> wp.Kernel:  # fmt: skip
+    """The kernel for scenes with or without these of gpu.device_scene.features; learnt: samples have a selection."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
@@ -195,8 +238,11 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % image.width, pixel // image.width)
-        moment = samples.moment[0] * samples.count
-        light = area_light(scene, table, surface, view, place, moment, samples.count, samples.seed)
+        own = samples_by_power(place, samples.moment[0] * samples.count, samples.count, samples.seed)
+        if wp.static(learnt):
+            own.selection = samples.selection
+            own.bins = bins_at(samples.selection, pixel, image.width)
+        light = area_light(scene, table, surface, view, own)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
     return direct_light_kernel
@@ -219,8 +265,8 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
-    has = features
-    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes, has.environment)
+    has, learnt = features, bool(samples.selection.columns)
+    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes, has.environment, learnt)
     inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
     launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 

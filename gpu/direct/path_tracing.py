@@ -33,7 +33,7 @@ from gpu.device_scene.scattering import (
 )
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface, surface_at
-from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
+from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light, samples_by_power
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.lights.background import background
 from gpu.lights.light_sampling import light_at_hit, sample_light
@@ -176,7 +176,7 @@ def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp
                  seed: int) -> wp.vec3:  # fmt: skip
     """An estimate of the direct light that `surface` sends to unit `view` [W/m²/sr], but for what glass shows."""
     light = delta_light(scene, table, surface, view)
-    return light + area_light(scene, table, surface, view, index, 0, 1, seed)
+    return light + area_light(scene, table, surface, view, samples_by_power(index, 0, 1, seed))
 
 
 @wp.func

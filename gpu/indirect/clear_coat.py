@@ -16,7 +16,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.scattering import PartChoice, coat_share, part_of
 from gpu.device_scene.surface import surface_at
-from gpu.direct.direct_light import DirectSamples, area_light, delta_light
+from gpu.direct.direct_light import DirectSamples, area_light, delta_light, samples_by_power
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.frosted_glass import hit_at
 from gpu.indirect.lobe_light import LOBE_PAIR, NO_EMISSION, KnownLight, light_along, lobe_ray
@@ -73,7 +73,8 @@ def clear_coat_kernel(texels: bool, panes: bool, glass: bool, backdrop: bool, en
         light = wp.vec3(0.0, 0.0, 0.0)
         if known.direct:
             light = delta_light(scene, known.table, coat, view)
-            light += area_light(scene, known.table, coat, view, place, moment, samples.count, samples.seed)
+            own = samples_by_power(place, moment, samples.count, samples.seed)
+            light += area_light(scene, known.table, coat, view, own)
         point = sobol_pair_at(place, moment, LOBE_PAIR, samples.seed)
         lobe = sample_lobe(coat, view, point.x, point.y)
         if lobe.density > 0.0:

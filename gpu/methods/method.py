@@ -10,6 +10,7 @@ import warp as wp
 from gpu.core.stages import Stages
 from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.device_scene.upload import DeviceScene
+from gpu.direct.light_selection import SELECTION_PIXEL_BYTES
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.methods.view_state import ViewState
@@ -58,14 +59,16 @@ class RenderMethod(ABC, Generic[View]):
 
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
-    the latter where the scene has soft light; specular_pixel_bytes, gloss_pixel_bytes, gloss_view_pixel_bytes: more
-    where it has chains, or gloss and frosted glass; caustic_photon_bytes: of each light path of caustics.
+    the latter where the scene has soft light; lamps_pixel_bytes, specular_pixel_bytes, gloss_pixel_bytes,
+    gloss_view_pixel_bytes: more where it has several lamps, chains, or gloss and frosted glass; caustic_photon_bytes:
+    of each light path of caustics.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
     pixel_bytes: ClassVar[int]
     view_pixel_bytes: ClassVar[int]
     soft_view_pixel_bytes: ClassVar[int] = 0
+    lamps_pixel_bytes: ClassVar[int] = SELECTION_PIXEL_BYTES
     specular_pixel_bytes: ClassVar[int] = 12
     gloss_pixel_bytes: ClassVar[int] = 0
     gloss_view_pixel_bytes: ClassVar[int] = 0
@@ -80,6 +83,7 @@ class RenderMethod(ABC, Generic[View]):
         """Device memory [bytes] for each pixel of a size, and of each viewer, in scenes of these features."""
         chains = has.specular or (has.lobes and cls.gloss_pixel_bytes > 0)
         shared = cls.pixel_bytes + cls.specular_pixel_bytes * chains + cls.gloss_pixel_bytes * has.lobes
+        shared += cls.lamps_pixel_bytes * has.lamps
         view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.lobes
         return shared, cls.view_pixel_bytes + view
 

@@ -197,11 +197,11 @@ class Passes:
         table, area = self._setup.light_sets.table, frame.features.soft
 
         def rays() -> None:
-            which, out = (
-                direct_samples(samples, frame.frame_index, self._settings.seed),
-                (view.radiance, frame.area_light),
-            )
-            trace_direct_light(frame.scene, table, frame.gbuffer, frame.size, which, *out, frame.features)
+            seed, probes, seen = self._settings.seed, frame.light_probes, (frame.scene, table, frame.gbuffer)
+            if probes:
+                probes.run(*seen, seed)
+            which = direct_samples(samples, frame.frame_index, seed, probes)
+            trace_direct_light(*seen, frame.size, which, view.radiance, frame.area_light, frame.features)
             history = histories.direct if histories else None
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, frame.area_light, read_history=kind.read_history)

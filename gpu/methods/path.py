@@ -19,6 +19,7 @@ class PathTracing(RenderMethod[ViewState]):
 
     stage_names = ("paths",)
     pixel_bytes, view_pixel_bytes, specular_pixel_bytes, caustic_photon_bytes = 3, 12, 0, 0
+    lamps_pixel_bytes = 0
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._table = setup, setup.light_sets.table

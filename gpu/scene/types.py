@@ -265,6 +265,11 @@ class Scene:
         return np.bincount(self.triangle_material, areas, len(self.materials)).astype(np.float64)
 
     @cached_property
+    def material_triangles(self) -> Ints:
+        """How many triangles each material has, (material,)."""
+        return np.bincount(self.triangle_material, minlength=len(self.materials)).astype(np.int32)
+
+    @cached_property
     def object_boxes(self) -> tuple[Doubles, Doubles]:
         """The low and the high corners (object, 3) of the boxes around the objects, in world space."""
         low, high = np.full((len(self.objects), 3), np.inf), np.full((len(self.objects), 3), -np.inf)

@@ -33,7 +33,16 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})
     for many in (False, True):
         lit = scene_of(box(), [grey(0.5)], [bulb] * (8 + many))
-        assert scene_features(lit, lambertian=False) == replace(nothing, soft=many)
+        assert scene_features(lit, lambertian=False) == replace(nothing, soft=many, lamps=many)
+
+
+@pytest.mark.parametrize(
+    ("lamps", "sky", "several"), [(1, False, False), (0, True, False), (1, True, True), (2, False, True)]
+)
+def test_lights_are_several_where_there_is_a_choice(lamps: int, sky: bool, several: bool) -> None:
+    lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    scene = scene_of([*box(), *[lamp] * lamps], [grey(0.5), grey(0.0, 5.0)], sky=Sky((0.3, 0.4, 0.5)) if sky else None)
+    assert scene_features(scene, lambertian=False).lamps == several
 
 
 @pytest.mark.parametrize("change", [{"specular": 0.0}, {"roughness": 0.5}, {"unlit": True}])

@@ -175,6 +175,7 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
     assert took(2) - took(1) == 10_000 * FuzzyVpl.view_pixel_bytes + own
     assert took(0) == 10_000 * FuzzyVpl.pixel_bytes + shared
     assert took(2, has=replace(NOTHING, soft=True)) - took(2) == 2 * 10_000 * FuzzyVpl.soft_view_pixel_bytes
+    assert took(1, has=replace(NOTHING, lamps=True)) - took(1) == 10_000 * FuzzyVpl.lamps_pixel_bytes
     for count in ("sp_clusters", "vpl_clusters"):
         assert took(1, **{count: 500}) > took(1)
 
