@@ -162,7 +162,9 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         distance = rays.distance[sp]
         apart = bool(True)
         if near >= 0:
-            apart = is_apart(scene, rays.position[sp], rays.normal[sp], distance, lit.position[near], chosen.clearance)
+            place = rays.position[sp]
+            seen_from = gbuffer.position[pixel]
+            apart = is_apart(scene, place, rays.normal[sp], seen_from, lit.position[near], chosen.clearance)
         if not apart:
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)

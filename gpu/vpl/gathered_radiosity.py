@@ -95,7 +95,7 @@ def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
                 end = origin + direction * hit.t
                 found = vpl_around(lit, end, side, chosen.radius_share * hit.t)
                 if found >= 0:
-                    apart = is_apart(scene, end, side, hit.t, lit.position[found], chosen.clearance)
+                    apart = is_apart(scene, end, side, origin, lit.position[found], chosen.clearance)
                     other = wp.where(apart, -1, found)
             ends[vpl * chosen.samples + number] = other
 

@@ -14,17 +14,20 @@ def is_apart_of(blocked: wp.Function) -> wp.Function:
     """
 
     @wp.func
-    def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, distance: float, other: wp.vec3,
+    def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, seen_from: wp.vec3, other: wp.vec3,
                  clearance: float) -> bool:  # fmt: skip
-        """Whether something stands between two points of a surface, of which a ray of length `distance` met the first.
+        """Whether something stands between two points of a surface, of which a ray that began at `seen_from` met the
+        first.
 
-        clearance: how far above the surface the way between them is traced, as a share of its length.
+        clearance: how far above the surface the way between them is traced, as a share of its length; but no farther
+        than half as high as the ray began: a ray along a narrow gap is long, and above it is what bounds the gap.
         """
         way = other - position
         length = wp.length(way)
         if length == 0.0:
             return False
-        lift = normal * wp.min(clearance * length, 0.5 * distance)
+        height = wp.max(wp.dot(seen_from - position, normal), 0.0)
+        lift = normal * wp.min(clearance * length, 0.5 * height)
         return blocked(scene, position + lift, way / length, length)
 
     return is_apart
