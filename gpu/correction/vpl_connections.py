@@ -18,7 +18,7 @@ from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
-from gpu.correction.vpl_sampling import ClusterSample, VplSampleParameters, far_sample_of
+from gpu.correction.vpl_sampling import ClusterSample, VplSampleParameters, far_member, far_sample_of
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -70,13 +70,7 @@ def drawn_member(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster:
     end = vpls.starts[cluster + 1]
     disk = disk_at(vpls.disks, cluster)
     if not is_opened(position, disk):
-        # Members' areas are as their flux, which differs a hundredfold where light paths begin as matters.
-        rest = float(hashed(state)) * TO_UNIT * disk.area
-        vpl = int(begin)
-        while vpl < end - 1 and rest >= vpls.member_area[vpl]:
-            rest -= vpls.member_area[vpl]
-            vpl += 1
-        return vpl
+        return far_member(vpls, cluster, disk.area, state)
     drawn = reservoir(state)
     for vpl in range(begin, end):
         drawn = offered(drawn, vpl, brightness(member_irradiance(position, normal, vpls, vpl, areas[vpl])))
