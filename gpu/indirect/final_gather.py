@@ -26,7 +26,8 @@ LONGEST = wp.constant(1.0e6)
 @wp.struct
 class Gathered:
     """What rays find. radiance (cluster · rays,) [W/m²/sr] of each; irradiance (cluster,) [W/m²];
-    variance (cluster,): of its brightness, by how rays differ; least_distance (cluster,): length of the shortest ray, unit space.
+    variance (cluster,): of its brightness, by how rays differ; least_distance (cluster,): length of the shortest ray,
+    unit space.
     """
 
     radiance: wp.array[wp.vec3]
