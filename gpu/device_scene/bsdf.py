@@ -203,19 +203,6 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.vec3:
-    """The part of `even_reflectance` that VPLs send, as if the surface were matt: caustics have the rest of its lobe.
-
-    focused: the share of the light that caustics have brought here, 1 straight from emitters, 0 from matt surfaces.
-    """
-    even = even_reflectance(surface, view)
-    share = focused * traced_share(surface.roughness, surface.f90)
-    if share == 0.0:
-        return even
-    return even - (even - even_matt(surface)) * share
-
-
-@wp.func
 def specular_share(surface: Surface, view: wp.vec3) -> float:
     """Probability with which `sample_brdf` takes the specular lobe: its part of what is reflected to `view`, about."""
     if surface.f90 == 0.0:

@@ -51,11 +51,6 @@ class SceneFeatures:
         """Whether pixels have rays of lobes that are narrower than matt."""
         return self.gloss or self.frosted
 
-    @property
-    def caustics(self) -> bool:
-        """Whether some surfaces send light of emitters on to others as no matt one would."""
-        return self.specular or self.lobes
-
 
 EVERYTHING = SceneFeatures()
 
@@ -85,15 +80,6 @@ def is_specular(material: Material) -> bool:
 def _frosted(material: Material) -> bool:
     mixed = material.transmission_slot is not None or not material.is_clear
     return material.transmission > 0.0 and mixed and not material.unlit
-
-
-def has_lobe(material: Material) -> bool:
-    """Whether a surface of `material` may scatter light in a lobe that gets rays of its own, not only perfectly."""
-    textured = material.metallic_roughness_slot is not None
-    mirror = material.metallic == 1.0 and material.roughness < SURFACE_PARAMETERS.mirror
-    clear = material.transmission == 1.0 and material.roughness <= CLEAR_ROUGHNESS
-    perfect = (mirror or clear) and not textured and material.transmission_slot is None
-    return (_glossy(material) or _frosted(material)) and not perfect
 
 
 def has_specular(scene: Scene) -> bool:

@@ -1,25 +1,22 @@
-"""Light paths of caustics: from an emitter by mirrors, clear glass and narrow lobes to a surface that has none of them.
+"""Light paths of caustics: from an emitter by mirrors and through clear glass to the first surface that is neither.
 
-They begin where they are needed, so that neither many lamps nor small glass starve them: at a point of such a surface
-that looks for light there, as a shading point does for direct light. Of some such points with their emitters one
+They begin where they are needed, so that neither many lamps nor small glass starve them: at a point of a mirror or of
+glass that looks for light there, as a shading point does for direct light. Of some such points with their emitters one
 is resampled by what it would bring unshadowed (Talbot et al., Importance Resampling for Global Illumination, 2005), so
 that all photons bring about as much.
-
-A lobe sends by caustics what `focus_of` it tells, less the rougher it is. VPLs send the rest, as from a matt surface.
 """
 
-from collections.abc import Sequence
 from functools import cache
 
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import even_matt, even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import crossing_share, is_pane, met_surface, transmittance
-from gpu.device_scene.scattering import PartChoice, choose_part, focus_of, is_perfect, part_of
+from gpu.device_scene.scattering import choose_part, is_perfect, part_of
 from gpu.device_scene.sides import is_solid, ray_coverage, triangle_normal
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.lights.caustic_casters import CausticCasters
@@ -52,27 +49,13 @@ class CausticStart:
 
 
 @wp.func
-def sent_share(part: Surface, to_light: wp.vec3) -> float:
-    """About the share of the light from unit `to_light` that the chosen part of a surface sends on by caustics."""
-    if is_perfect(part):
-        return 1.0
-    if part.glass > 0.0:
-        return focus_of(part)
-    return wp.max(largest(even_reflectance(part, to_light) - even_matt(part)), 0.0) * focus_of(part)
-
-
-@wp.func
-def caster_share(surface: Surface, to_light: wp.vec3, lobes: bool) -> float:
-    """About the share of the light from unit `to_light` that a surface's lobes send on, or else what it has of a mirror
-    and of clear glass.
-    """
+def perfect_share(surface: Surface) -> float:
+    """The share of a surface that is a mirror or clear glass."""
     share = float(0.0)
-    for side in range(2):
-        chosen = PartChoice()
-        chosen.glass = 1.0 - float(side)
-        part = part_of(surface, chosen)
-        if is_perfect(part) != lobes:
-            share += wp.where(side == 0, surface.glass, 1.0 - surface.glass) * sent_share(part, to_light)
+    if surface.clear:
+        share = surface.glass
+    if surface.mirror:
+        share += 1.0 - surface.glass
     return share
 
 
@@ -108,7 +91,7 @@ def caustic_start(scene: SceneData, table: LightTable, casters: CausticCasters, 
     start.surface.coat = 0.0
     cosine = wp.dot(start.surface.geometric_normal, to_light)
     start.flux = start.light.irradiance * (share * cosine * casters.areas[caster.index] / caster.probability)
-    start.weight = brightness(start.flux) * caster_share(start.surface, to_light, casters.lobes)
+    start.weight = brightness(start.flux) * perfect_share(start.surface)
     if wp.dot(triangle_normal(scene, hit.face), to_light) < 0.0 and not start.surface.thin:
         start.weight *= BEHIND
     return start
@@ -137,29 +120,24 @@ def chosen_start(scene: SceneData, table: LightTable, casters: CausticCasters, p
 
 
 @cache
-def caustic_path_kernel(texels: bool, environment: bool, lobes: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    and with narrow lobes or not.
-    """
+def caustic_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
 
     # As for direct light, whose candidates are looked at likewise.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def caustic_path_kernel(first: int, scene: SceneData, table: LightTable, casters: CausticCasters, bounces: int,
-                            begin: int, paths: int, seeds: wp.array[int], out: Vpls) -> None:  # fmt: skip
-        """One thread a path of the `paths` from these casters, whose places are from `begin` on: a photon where it
-        ends, with the flux that arrives; flux 0 if there is none.
+                            seeds: wp.array[int], out: Vpls) -> None:  # fmt: skip
+        """One thread a path: a photon where it ends, with the flux that arrives; flux 0 if there is none.
 
-        A path meets `bounces` casters at most. Where a lobe sends a part on and the rest is shown, one of both is drawn
-        by how bright they are. seeds: one element.
+        A path meets `bounces` mirrors and glass at most. seeds: one element.
         """
         path = first + wp.tid()
-        place = begin + path
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
         if wp.static(not environment):
             scene.has_environment = False
-        out.flux[place] = wp.vec3(0.0, 0.0, 0.0)
+        out.flux[path] = wp.vec3(0.0, 0.0, 0.0)
         seed = seeds[0]
         start = chosen_start(scene, table, casters, path, seed)
         if start.weight <= 0.0:
@@ -168,34 +146,20 @@ def caustic_path_kernel(texels: bool, environment: bool, lobes: bool) -> wp.Kern
         to_light = start.light.direction
         scene.coverage = ray_coverage(path, 0, seed)
         left = transmittance(scene, surface.position, surface.geometric_normal, start.light.point, start.light.normal)
-        flux = wp.cw_mul(start.flux, left) / float(paths)
+        flux = wp.cw_mul(start.flux, left) / float(out.flux.shape[0])
         absorption = wp.vec3(0.0, 0.0, 0.0)
         for vertex in range(bounces + 1):
             if largest(flux) <= 0.0:
                 return
-            pick = sobol_pair(path, CHOICE_PAIR + 1 + vertex, seed)
-            chosen = choose_part(surface, to_light, pick.x)
+            chosen = choose_part(surface, to_light, sobol_pair(path, CHOICE_PAIR + 1 + vertex, seed).x)
             part = part_of(surface, chosen)
-            onward = wp.where(is_perfect(part), 1.0, 0.0)
-            if wp.static(lobes):
-                if vertex == 0:
-                    onward = wp.where(is_perfect(part) != casters.lobes, 1.0, 0.0)
-                elif not is_perfect(part):
-                    onward = sent_share(part, to_light)
-                    if onward > 0.0 and part.glass == 0.0:
-                        onward = onward / (onward + largest(spread_reflectance(part, to_light, 1.0)))
-            if pick.y >= onward:
-                if vertex > 0:
-                    out.position[place] = surface.position
-                    out.normal[place] = surface.geometric_normal
-                    out.flux[place] = flux / (1.0 - onward)
-                return
-            flux = flux / onward
-            facet = sobol_pair(path, CHOICE_PAIR + 2 + bounces + vertex, seed)
             if not is_perfect(part):
-                part.diffuse = wp.vec3(0.0, 0.0, 0.0)
-                flux = flux * focus_of(part)
-            flight = sent_on(part, to_light, flux, absorption, chosen.rest, facet.x, facet.y)
+                if vertex > 0:
+                    out.position[path] = surface.position
+                    out.normal[path] = surface.geometric_normal
+                    out.flux[path] = flux
+                return
+            flight = sent_on(part, to_light, flux, absorption, chosen.rest, 0.5, 0.5)
             absorption = flight.absorption
             arrival = arrived(scene, flight, ray_coverage(path, vertex + 1, seed))
             if arrival.face == NO_HIT:
@@ -207,12 +171,9 @@ def caustic_path_kernel(texels: bool, environment: bool, lobes: bool) -> wp.Kern
     return caustic_path_kernel
 
 
-def trace_caustic_paths(scene: SceneData, table: LightTable, casters: Sequence[CausticCasters], bounces: int,
-                        seed: wp.array, features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
-    """Trace a path to each place of `out`, over at most `bounces` casters, by `seed` (1,); each kind has its share."""
-    kernel = caustic_path_kernel(features.texels, features.environment, features.lobes)
-    room, kinds = len(out.flux), len(casters)
-    for number, kind in enumerate(casters):
-        begin, end = (room * place // kinds for place in (number, number + 1))
-        inputs = [scene, table, kind, bounces, begin, end - begin, seed, out]
-        launch(kernel, end - begin, inputs, out.flux.device)
+def trace_caustic_paths(scene: SceneData, table: LightTable, casters: CausticCasters, bounces: int, seed: wp.array,
+                        features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
+    """Trace a path to each place of `out`, over at most `bounces` mirrors and glass, by `seed` (1,)."""
+    kernel = caustic_path_kernel(features.texels, features.environment)
+    inputs = [scene, table, casters, bounces, seed, out]
+    launch(kernel, len(out.flux), inputs, out.flux.device)

@@ -12,12 +12,11 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
-from gpu.device_scene.bsdf import even_matt, even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
-from gpu.device_scene.scattering import focus_of
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
@@ -52,11 +51,10 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool, environment: bool, specular: bool, gloss: bool, frosted: bool,
-                      arriving: bool) -> wp.Kernel:  # fmt: skip
+def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: bool, arriving: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    with mirrors or clear glass or not, with gloss or not, and with frosted glass or not; arriving: flux is what
-    arrives, as photons have it, but for what caustics carry on, else what is reflected.
+    with mirrors or clear glass or not, and with frosted glass or not; arriving: flux is what arrives, as photons have
+    it, else what is reflected.
     """
 
     @wp.kernel(module="unique")
@@ -75,7 +73,6 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, gloss: bo
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal. Light goes
         on from mirrors and clear glass that emitters light; what other surfaces send finds these matt, or not there.
         Of frosted glass, a face reflects or lets through; what it does is sent to that side as from a matt surface.
-        Paths go on as lobes send them. What caustics have of that light, no VPL sends.
         """
         path = first + wp.tid()
         if wp.static(not texels):
@@ -108,8 +105,6 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, gloss: bo
             flux = chain.flight.flux
             begin = chain.bounce
         absorption = wp.vec3(0.0, 0.0, 0.0)
-        # As of gpu.device_scene.bsdf.spread_reflectance.
-        focused = float(1.0)
         for bounce in range(begin, bounces):
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
@@ -135,9 +130,7 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, gloss: bo
                     out.normal[slot] = wp.where(crosses, -surface.geometric_normal, surface.geometric_normal)
                     out.bounce[slot] = bounce
                     out.light[slot] = particle.light
-                    focus = focused * focus_of(surface)
-                    out.flux[slot] = flight.flux * (1.0 - focus)
-                    focused = focus
+                    out.flux[slot] = flight.flux
                     flux = flight.flux
                     direction = flight.direction
                     origin = flight.origin
@@ -148,40 +141,17 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, gloss: bo
             out.normal[slot] = surface.geometric_normal
             out.bounce[slot] = bounce
             out.light[slot] = particle.light
-            reflectance = even_reflectance(surface, -direction)
-            sent = reflectance
-            if wp.static(gloss):
-                sent = spread_reflectance(surface, -direction, focused)
             if wp.static(arriving):
                 out.flux[slot] = flux
-                if wp.static(gloss) and surface.f90 > 0.0:
-                    out.flux[slot] = wp.cw_mul(flux, wp.cw_div(sent, reflectance))
-            else:
-                out.flux[slot] = wp.cw_mul(flux, sent)
+            reflectance = even_reflectance(surface, -direction)
+            flux = wp.cw_mul(flux, reflectance)
+            if wp.static(not arriving):
+                out.flux[slot] = flux
             survival = largest(reflectance)
-            choice = sobol_pair(path, 4 + 2 * bounce, seed).x
-            if choice >= survival:
+            if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
+            flux = flux / survival
             bounce_sample = sobol_pair(path, 3 + 2 * bounce, seed)
-            if wp.static(gloss):
-                matt = even_matt(surface)
-                by_lobe = wp.max(largest(reflectance - matt), 0.0)
-                by_lobe = by_lobe / (by_lobe + largest(matt))
-                if surface.f90 > 0.0 and choice < survival * by_lobe:
-                    focused *= focus_of(surface)
-                    surface.diffuse = wp.vec3(0.0, 0.0, 0.0)
-                    flux = flux / (survival * by_lobe)
-                    flight = sent_on(surface, -direction, flux, absorption, 0.5, bounce_sample.x, bounce_sample.y)
-                    if largest(flight.flux) <= 0.0:
-                        return
-                    flux = flight.flux
-                    direction = flight.direction
-                    origin = flight.origin
-                    continue
-                if surface.f90 > 0.0:
-                    reflectance = matt / (1.0 - by_lobe)
-                focused = 0.0
-            flux = wp.cw_mul(flux, reflectance) / survival
             direction = cosine_direction(surface.geometric_normal, bounce_sample.x, bounce_sample.y)
             origin = offset_origin(surface.position, surface.geometric_normal, direction)
 
@@ -248,7 +218,7 @@ class PathEnds:
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
         has = features
-        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.gloss, has.frosted, self._arriving)
+        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.frosted, self._arriving)
         launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
         self.put_in_order()
 

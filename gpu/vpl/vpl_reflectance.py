@@ -5,7 +5,7 @@ from functools import cache
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import spread_reflectance
+from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
@@ -16,15 +16,13 @@ BELOW = wp.constant(1.0e-4)
 
 
 @wp.func
-def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3, focused: float) -> wp.vec3:
-    """What the surface at a VPL reflects of even light, without its glass; zero where there is none. focused: as of
-    gpu.device_scene.bsdf.spread_reflectance.
-    """
+def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """What the surface at a VPL reflects of even light, without its glass; zero where there is none."""
     hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
     if hit.face == NO_HIT:
         return wp.vec3(0.0, 0.0, 0.0)
     surface = surface_at(scene, hit, -normal)
-    return spread_reflectance(surface, normal, focused) * (1.0 - surface.glass)
+    return even_reflectance(surface, normal) * (1.0 - surface.glass)
 
 
 @cache
@@ -44,7 +42,7 @@ def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
-        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl], 0.0)
+        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl])
 
     return vpl_reflectance_kernel
 

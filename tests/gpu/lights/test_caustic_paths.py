@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 from glass import GLASS, MIRROR, bulb, caustics_of, cube, mirror_over_floor, photons_in
-from scenes import box, grey, quad, rectangle_over, resident_of
+from scenes import grey, quad, rectangle_over, resident_of
 
-from gpu.scene.types import Light, LightKind, Material
+from gpu.scene.types import Light, LightKind
 
 PATHS = 4096
 LAMP = bulb(0.0, -0.3, 0.0)
@@ -22,29 +22,6 @@ def test_a_mirror_sends_on_what_it_gets_as_if_from_behind_it() -> None:
     assert np.allclose(positions[:, 1], -0.5, atol=1e-4)
     assert np.allclose(normals, [0.0, 1.0, 0.0], atol=1e-4)
     assert np.abs(positions[:, [0, 2]]).max() == pytest.approx(0.1 * 0.8 / 0.3, rel=0.01)
-
-
-@pytest.mark.parametrize(("roughness", "share"), [(0.1, 1.0), (0.3, 1.0), (0.45, 0.495), (0.48, 0.196), (0.5, 0.0)])
-def test_metal_sends_less_by_caustics_the_rougher_it_is(roughness: float, share: float) -> None:
-    """Up to a roughness of 0.4 all that it reflects, from 0.5 on nothing."""
-    positions, _, flux = photons_in(caustics_of(mirror_over_floor(LAMP, roughness=roughness), PATHS))
-    assert flux[:, 0].sum() == pytest.approx(solid_angle(0.1, 0.3) * share, rel=0.03)
-    if roughness == 0.1:  # the floor that a mirror lights
-        below = (positions[:, 1] < -0.499) & (np.abs(positions[:, [0, 2]]).max(axis=1) < 0.1 * 0.8 / 0.3)
-        assert 0.9 < below.mean() < 0.99
-
-
-def test_gloss_shows_all_that_a_mirror_sends_there_and_sends_some_on() -> None:
-    """Of paths that reach the painted floor, one in twenty goes on: the others stand for it there, too."""
-    mirror = quad([-0.1, 0.0, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 0)
-    floor = quad([-0.49, -0.49, -0.49], [0.0, 0.0, 0.98], [0.98, 0.0, 0.0], 2)
-    paint = Material(base_color=(0.5, 0.5, 0.5, 1.0), roughness=0.2)
-    scene = resident_of([mirror, *box(1), floor], [MIRROR, grey(0.5), paint], lights=[LAMP])
-    positions, _, flux = photons_in(caustics_of(scene, 2 * PATHS))
-    painted = np.abs(positions[:, 1] + 0.49) < 1e-4
-    assert flux[painted, 0].sum() == pytest.approx(solid_angle(0.1, 0.3), rel=0.03)
-    # The lamp lights most of the floor, by which more comes this way than by the mirror.
-    assert 0.04 * 2.0 < flux[~painted, 0].sum() < 0.08 * 2.0 * np.pi
 
 
 def test_photons_bring_about_as_much_each() -> None:

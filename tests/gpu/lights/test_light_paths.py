@@ -60,25 +60,11 @@ def test_a_sheet_is_lit_on_the_side_of_the_light() -> None:
 def test_frosted_glass_sends_what_it_reflects_and_what_it_lets_through(thickness: float) -> None:
     sheet = quad([-0.5, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
     above = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
-    glass = Material(base_color=(1.0, 1.0, 0.5, 1.0), transmission=1.0, roughness=0.5, thickness=thickness)
+    glass = Material(base_color=(1.0, 1.0, 0.5, 1.0), transmission=1.0, roughness=0.3, thickness=thickness)
     vpls = paths_in(resident_of([sheet], [glass], lights=[above]), 2)
     up, flux = vpls.normal.numpy()[:, 1] > 0.0, vpls.flux.numpy()
     assert flux[up].sum(axis=0) == pytest.approx([0.08, 0.08, 0.08], abs=0.02)
-    assert flux[~up].sum(axis=0) == pytest.approx([0.85, 0.85, 0.425], rel=0.05)
-
-
-@pytest.mark.parametrize(("roughness", "spread"), [(0.2, 0.0), (0.45, 0.5), (0.5, 1.0)])
-def test_paths_go_on_as_lobes_send_them_and_vpls_send_what_caustics_have_not(roughness: float, spread: float) -> None:
-    """A metal sheet, lit askew, reflects most of it onto a wall; were it matt, a fifth. VPLs there have all of it."""
-    sheet = quad([-0.5, -0.5, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
-    wall = quad([0.5, -0.5, 0.5], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 1)
-    askew = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.8, -0.6, 0.0))
-    metal = Material(metallic=1.0, roughness=roughness)
-    scene = resident_of([sheet, wall], [metal, grey(0.5)], lights=[askew])
-    vpls = paths_in(scene, 2)
-    flux, first, on_sheet = vpls.flux.numpy()[:, 0], vpls.bounce.numpy() == 0, vpls.normal.numpy()[:, 1] > 0.5
-    assert flux[first & on_sheet].sum() == pytest.approx(0.53 * spread, rel=0.05, abs=1e-6)
-    assert 0.6 * 0.5 * 0.5 < flux[~first & ~on_sheet].sum() < 0.6 * 0.5
+    assert flux[~up].sum(axis=0) == pytest.approx([0.91, 0.91, 0.455], rel=0.05)
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
