@@ -5,10 +5,9 @@ from typing import Any
 
 import warp as wp
 
-from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
-from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
+from gpu.core.intrinsics import float_least, lanes_of, vector_sum
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
@@ -25,14 +24,12 @@ LONGEST = wp.constant(1.0e6)
 
 @wp.struct
 class Gathered:
-    """What rays find. radiance (cluster · rays,) [W/m²/sr] of each; irradiance (cluster,) [W/m²];
-    variance (cluster,): of its brightness, by how rays differ; least_distance (cluster,): length of the shortest ray,
-    unit space.
+    """What rays find. radiance (cluster · rays,) [W/m²/sr] of each; irradiance (cluster,) [W/m²]; least_distance
+    (cluster,): length of the shortest ray, unit space.
     """
 
     radiance: wp.array[wp.vec3]
     irradiance: wp.array[wp.vec3]
-    variance: wp.array[float]
     least_distance: wp.array[float]
 
 
@@ -69,25 +66,19 @@ def read_light_kernel(lookup: wp.Function, data: Any, texels: bool) -> wp.Kernel
 
 @wp.kernel
 def gather_sum_kernel(first: int, lanes: int, rays: int, ends: RayEnds, out: Gathered) -> None:
-    """`lanes` threads a cluster: the means of its rays, their noise, and the shortest."""
+    """`lanes` threads a cluster: the means of its rays, and the shortest."""
     index = first + wp.tid()
     cluster = index // lanes
     total = wp.vec3(0.0, 0.0, 0.0)
-    squares = float(0.0)
     shortest = float(LONGEST)
     for ray in range(cluster * rays + index % lanes, (cluster + 1) * rays, lanes):
         total += out.radiance[ray]
-        found = brightness(out.radiance[ray])
-        squares += found * found
         if ends.hits[ray].face != NO_HIT:
             shortest = wp.min(shortest, ends.hits[ray].t)
     total = vector_sum(total, lanes)
-    squares = float_sum(squares, lanes)
     shortest = float_least(shortest, lanes)
     if index % lanes == 0:
-        mean = brightness(total) / float(rays)
         out.irradiance[cluster] = total * (PI / float(rays))
-        out.variance[cluster] = PI * PI * wp.max(squares / float(rays) - mean * mean, 0.0) / float(rays)
         out.least_distance[cluster] = shortest
 
 

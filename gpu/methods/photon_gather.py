@@ -11,7 +11,6 @@ from gpu.core.reduce import Counter
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
-from gpu.indirect.centre_smoothing import smooth_centres
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
@@ -94,7 +93,6 @@ class PhotonGather(RenderMethod[GatherViewState]):
             self._tree = allocate_tree(self._map.photons, photons)
             self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree, photons)
             clusters, rays = self._clustering.clusters, setup.sample_counts.gather_rays
-            self._smoothed = wp.zeros(self._clustering.most, dtype=wp.vec3, device=setup.device)
             self._gather = FinalGather(clusters, rays, self._light, self._table, setup.bounces)
 
     @staticmethod
@@ -156,7 +154,6 @@ class PhotonGather(RenderMethod[GatherViewState]):
         if receivers is not None:
             inputs = self._clustering.clusters, gather.order, frame.seed, gather.gathered
             project_radiance(*inputs, receivers.coefficients)
-        smooth_centres(self._clustering.grid.data, gather.gathered, self._smoothed)
 
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame

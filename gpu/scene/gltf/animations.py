@@ -98,7 +98,7 @@ def motion_of(
     animations: tuple[Animation, ...], placed: Mapping[str, PlacedNode], lights: Iterable[int], cameras: Iterable[int]
 ) -> Motion | None:
     """`animations` and the nodes that they move, with the nodes of lights and of cameras; None without any."""
-    if not animations:
+    if not (animations and placed):
         return None
     moved = moved_nodes(animations, placed).nodes
     rest = [np.zeros(10) if node.entry.has("matrix") else local_parts(node.entry) for node in placed.values()]

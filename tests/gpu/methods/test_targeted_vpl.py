@@ -42,7 +42,8 @@ def room() -> DeviceScene:
 def set_clock(monkeypatch: pytest.MonkeyPatch, clock: Callable[[], float]) -> None:
     """Have the host take what `clock` says [s]."""
     own = {"own_time": clock, "active": False, "in_flight": 0}
-    sharing = SimpleNamespace(keep=DEVICE_SHARING.keep, leave_until=DEVICE_SHARING.leave_until, **own)
+    kept = {name: getattr(DEVICE_SHARING, name) for name in ("keep", "leave_until", "pause")}
+    sharing = SimpleNamespace(**kept, **own)
     monkeypatch.setattr("gpu.renderer.DEVICE_SHARING", sharing)
     monkeypatch.setattr("gpu.methods.targeted_vpl.perf_counter", clock)
 

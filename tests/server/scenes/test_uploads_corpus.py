@@ -106,6 +106,6 @@ def test_samples_load_and_render(real: Running, shared: Path) -> None:
 
 
 def test_what_is_ignored_in_a_sample_is_said(real: Running, shared: Path) -> None:
-    case = next(case for case in samples(shared) if case.name.startswith("ClearCoatTest"))
+    case = next(case for case in samples(shared) if case.name.startswith("AnisotropyRotationTest"))
     notes = upload(real, case).json()["scene"]["notes"]
-    assert any("clearcoat" in note for note in notes)
+    assert any("anisotropy" in note for note in notes)
