@@ -31,6 +31,8 @@ SQUARE = wp.constant(2)
 PROBES = wp.constant(int(BINS) // int(SQUARE) ** 2)
 # Among the samples of gpu.sampling.sobol.sobol_pair, beside those of other stages.
 PROBE_PAIR = wp.constant(96)
+# Pixels of a picture that has some: tiles of smaller ones see too much of a room each, and it may get noisier.
+LEAST_PIXELS = 1 << 15
 # What an array for each tile and bin takes of a pixel, with those of probes [bytes].
 SELECTION_PIXEL_BYTES = 10
 

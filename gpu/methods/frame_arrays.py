@@ -12,7 +12,7 @@ from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.direct.light_selection import LightProbes
+from gpu.direct.light_selection import LEAST_PIXELS, LightProbes
 from gpu.gbuffer.gbuffer import allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
@@ -24,13 +24,13 @@ from gpu.settings import EVERY_SKIP, Skips
 class FrameArrays:
     """Arrays of an image of `size` (width, height) of a scene, and the scene as its kernels see it.
 
-    area_light (pixel,): direct light of lights with an extent; light_probes: for its samples, None where the scene has
-    one lamp at the most; indirect: indirect light, each before it is added; features: what kernels must know of the
-    scene; chain_samples: how chains choose in the frame; seed, frame_index (1,): the frame's own; numbers: these two
-    and the chains' moment; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones
-    tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes and frosted glass, None
-    where there are none or the method does without. stride: of the pixels that are shaded
-    (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
+    area_light (pixel,): direct light of lights with an extent; light_probes: for its samples, None for small pictures
+    and where the scene has one lamp at the most; indirect: indirect light, each before it is added; features: what
+    kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index (1,): the frame's
+    own; numbers: these two and the chains' moment; brightness: of the indirect light; nothing (pixel,): zeros, for
+    frames that earlier ones tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular
+    lobes and frosted glass, None where there are none or the method does without. stride: of the pixels that are
+    shaded (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
     """
 
     def __init__(
@@ -66,7 +66,8 @@ class FrameArrays:
         DEVICE_SHARING.pause()
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
-        self.light_probes = LightProbes(size, self.device) if self.features.lamps else None
+        probed = self.features.lamps and self.pixels >= LEAST_PIXELS
+        self.light_probes = LightProbes(size, self.device) if probed else None
         self.smoothing = Smoothing(size, self.device)
         DEVICE_SHARING.pause()
         self.side_smoothing = Smoothing(size, self.device)

@@ -5,6 +5,7 @@ import io
 import weakref
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ from server.wire.worker import (
     Start,
 )
 from server.worker.backend import GpuBackend
-from server.worker.tasks import Tasks, Turn
+from server.worker.tasks import Tasks
 
 BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
@@ -184,11 +185,14 @@ def test_pictures_are_the_same_whoever_interrupts_them(
     monkeypatch.setattr(tasks, "due", lambda: tasks._current is not None and tasks._current.request == 1)
     DEVICE_SHARING.begin(tasks)
     try:
-        turn = tasks.start(1, lambda: pictures.append(backend.render(heavy, silent).radiance))
-        while turn is not Turn.ENDED:
-            request = 2 + len(frames)
+        tasks.start(1, lambda: pictures.append(backend.render(heavy, silent).radiance))
+        for request in count(2):
             tasks.start(request, lambda: frames.append(backend.render(light, silent).radiance))
-            turn = tasks.resume(1)
+            for one in range(1, request + 1):  # a walker may wait for what both need
+                if tasks.knows(one):
+                    tasks.resume(one)
+            if not tasks.knows(1):
+                break
     finally:
         DEVICE_SHARING.begin(None)
     assert len(frames) >= LEAST_SLICES[method]
