@@ -67,7 +67,7 @@ def test_close_to_a_corner_what_comes_back_is_what_was_lost(room: DeviceScene) -
         for near, seeds in ((False, 12), (True, 48))
     )
     assert without < 0.85
-    assert restored == pytest.approx(1.0, abs=0.025)
+    assert restored == pytest.approx(1.0, abs=0.03)
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(room: DeviceScene) -> None:
