@@ -208,6 +208,7 @@ def test_the_page_and_all_that_it_loads(site: Site) -> None:
     page = site.ask("GET", f"{PREFIX}/")
     for link in re.findall(r'(?:src|href)="([^"#:]+)"', page.text):
         assert site.ask("GET", urljoin(f"{PREFIX}/", link)).status_code == 200
+    site.service.http.get("/api/openapi.json")  # made once, which on busy cores may take longer than proxies wait here
     assert site.ask("GET", f"{PREFIX}/api/openapi.json").json()["servers"] == [{"url": PREFIX}]
     assert "lumenwalk" not in site.ask("GET", "/").text  # another site's
 
