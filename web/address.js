@@ -13,6 +13,8 @@ export class Address {
   /** What the address asked for and is not yet shown. @type {Link} */
   #asked = readLink(location.hash);
   #words;
+  /** What the address said when it was last read or told. */
+  #known = location.hash;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
 
@@ -23,7 +25,8 @@ export class Address {
   constructor(words, follow) {
     this.#words = words;
     window.addEventListener("hashchange", () => {
-      this.#asked = readLink(location.hash);
+      this.#known = location.hash;
+      this.#asked = readLink(this.#known);
       follow();
     });
   }
@@ -52,10 +55,12 @@ export class Address {
     return wanted === undefined || wanted === scene ? view : undefined;
   }
 
-  /** Tells what is seen, now. */
+  /** Tells what is seen, now; a link that the user has just given is kept until its event comes. */
   tell() {
     const words = this.#words();
-    if (words !== null) history.replaceState(null, "", `#${words}`);
+    if (words === null || location.hash !== this.#known) return;
+    history.replaceState(null, "", `#${words}`);
+    this.#known = location.hash;
   }
 
   /** Tells it when nothing has changed for a moment. */

@@ -105,6 +105,12 @@ def test_another_link_is_followed(page: Page, stage: Stage) -> None:
     wait_for(page, lambda: x(stage) == 0.75)
 
 
+def test_a_link_is_followed_though_the_page_tells_its_own_before_it_hears(page: Page, stage: Stage) -> None:
+    given = "location.hash = 'scene=cornell-box&at=0.5,0.25,0&look=0,0&fov=90'"
+    page.evaluate(f"() => {{ {given}; document.getElementById('copy-link').click(); }}")
+    wait_for(page, lambda: x(stage) == 0.5)
+
+
 def test_a_link_of_junk_shows_the_scene_as_if_there_were_none(page: Page, gradients: Running) -> None:
     stage = visit(page, gradients, "#at=1,2&look=%%&fov=x&method=magic&samples=-3&nothing=1")
     assert x(stage) == 0
