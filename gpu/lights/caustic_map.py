@@ -73,7 +73,7 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     disk = covered_disk(scene, sites.alike, position, normal, radius, photon, tree.leaves)
     sites.radius[photon] = radius
     sites.free[photon] = 0.0
-    whole = disk.free >= radius
+    whole = disk.share == 1.0
     if whole:  # as far as places of the disk tell, between which thin walls stand
         whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight)
     if whole:

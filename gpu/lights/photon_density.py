@@ -12,12 +12,12 @@ from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, sep
 from gpu.core.constants import PI, TWO_PI
 from gpu.core.device import allocate, launch
 from gpu.core.parameters import parameters
-from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.disk_coverage import surface_beside
-from gpu.device_scene.rays import unblocked
+from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.rays import closest_hit, unblocked
 from gpu.device_scene.sides import triangle_normal
 from gpu.lights.photon_tree import PhotonTree, photon_search
 from gpu.sampling.sobol import TO_UNIT, hashed
+from gpu.sampling.warps import orthonormal
 
 # Photons in one estimate. The farthest only bounds the disk: the mean over a surface is unbiased with that.
 NEIGHBOURS = 32
@@ -121,18 +121,28 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
                  number: int, salt: int) -> Covered:  # fmt: skip
     """How much of a disk about a surface point is surface. number, salt: where it is looked for follows from these.
 
-    The surface ends at its edge, and where something stands on it.
+    The surface ends at its edge, and where something stands on it, which is looked for as far as the disk reaches:
+    thin walls stand between places.
     """
     turn = float(hashed(wp.uint32(number))) * TO_UNIT
     shift = float(hashed(wp.uint32(number) ^ wp.uint32(salt))) * TO_UNIT
     height = radius / alike.plane_weight
+    frame = orthonormal(normal)
+    above = position + normal * height
     covered = float(0.0)
     whole = float(0.0)
     free = float(radius)
     for place in range(PLACES):
         angle = TWO_PI * (turn + GOLDEN_TURN * float(place))
         out = (float(place) + shift) / float(PLACES)
-        hit = surface_beside(scene, position, normal, angle, radius * out, height)
+        direction = frame * wp.vec3(wp.cos(angle), wp.sin(angle), 0.0)
+        standing = closest_hit(scene, above, direction, radius)
+        hit = Hit()
+        hit.face = NO_HIT
+        if standing.face != NO_HIT:
+            free = wp.min(free, standing.t)
+        if standing.face == NO_HIT or radius * out < standing.t:
+            hit = closest_hit(scene, above + direction * (radius * out), -normal, 2.0 * height)
         share = float(0.0)
         if hit.face != NO_HIT:
             # As near as a photon there would count.

@@ -50,6 +50,22 @@ def test_irradiance_is_flux_over_area_up_to_the_edges(square: DeviceScene) -> No
     assert (free[rim] < 2.0 * (0.5 - out[rim]) + 0.3 * radius[rim]).mean() > 0.9
 
 
+def test_a_site_answers_up_to_a_thin_wall_on_its_surface() -> None:
+    """Of the few places of a disk that are looked at, those behind the wall may be far behind it."""
+    floor = quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    wall = quad((0.0, 0.0, -0.5), (0.0, 0.0, 1.0), (0.0, 0.5, 0.0))
+    positions, normals, photons = lit_square()
+    device_scene = resident_of([floor, wall], [grey(0.7)])
+    placement = device_scene.scene.placement
+    photons.position.assign(((positions - placement.centre) * placement.scale).astype(np.float32))
+    sites = estimated(device_scene, photons)
+    away = np.abs(positions[:, 0]) * placement.scale
+    free, radius = sites.free.numpy(), sites.radius.numpy()
+    cut = (normals[:, 1] > 0.0) & (away < 0.7 * radius)
+    assert cut.sum() > 50
+    assert (free[cut] < 1.1 * away[cut]).mean() > 0.98
+
+
 def test_inside_it_is_the_estimate_of_the_nearest(square: DeviceScene) -> None:
     positions, normals, photons = lit_square()
     sites = estimated(square, photons, own_share=0.25, most_radius=0.2)
