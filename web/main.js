@@ -103,7 +103,7 @@ const session = new Session(api, wanted, {
   scene: enter,
   edits(edits) {
     mixer.told(edits);
-    player.told(edits.edits);
+    player.told(mixer.edits);
   },
   status: (status) => connectionStatus.status(status),
   error: refused,
@@ -164,6 +164,7 @@ function busy(waits) {
 /** @param {import("./protocol.js").Change} wanted */
 function change(wanted) {
   session.change(wanted);
+  if (wanted.scene !== undefined) player.stop();
   connectionStatus.asked(wanted.scene !== undefined || wanted.scene_options !== undefined);
   busy(true);
   address.tellSoon();

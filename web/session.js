@@ -107,14 +107,14 @@ export class Session {
     this.#connection.send({ type: "pose", id: this.#poseId, matrix, yfov, near });
   }
 
-  /** Changes the scene, for all who look at it or for this viewer. @param {number} id @param {import("./protocol.js").ScenePatch} patch */
+  /** Changes the scene, for all who look at it or for this viewer; nothing while another one is read. @param {number} id @param {import("./protocol.js").ScenePatch} patch */
   edit(id, patch) {
-    if (this.#connection.open) this.#connection.send({ type: "edit", id, patch });
+    if (this.#connection.open && this.scene !== null) this.#connection.send({ type: "edit", id, patch });
   }
 
   /** Has edits be this viewer's own, or those of all. @param {number} id @param {boolean} own @param {boolean} share  those of all become what its own were */
   own(id, own, share) {
-    if (this.#connection.open) this.#connection.send({ type: "own", id, own, share });
+    if (this.#connection.open && this.scene !== null) this.#connection.send({ type: "own", id, own, share });
   }
 
   /** Milliseconds since the pose of this frame was sent; null if an earlier frame showed it. @param {Frame} frame */

@@ -1,5 +1,6 @@
 """The time line of a scene with animations, in a real browser."""
 
+from itertools import combinations
 from typing import Any
 
 import pytest
@@ -40,6 +41,10 @@ def test_an_animation_is_played_sought_and_chosen(page: Page, stage: Stage) -> N
     stage.say("edits", scene="hall.glb", edits=edits, edit=stage.all("edit")[-1]["id"], own=False, suns={})
     expect(page.get_by_text("0.5 of 4.0 s")).to_be_visible()
     expect(page.get_by_role("combobox", name="Animation")).to_have_value("walk")
+    page.get_by_role("slider", name="Time").fill("3")
+    stage.say("edits", scene="hall.glb", edits=edits, edit=0, own=False, suns={})  # said before that was heard
+    page.wait_for_timeout(100)
+    expect(page.get_by_text("3.0 of 4.0 s")).to_be_visible()
 
 
 def test_who_may_not_edit_has_no_time_line(page: Page, stage: Stage) -> None:
@@ -49,3 +54,35 @@ def test_who_may_not_edit_has_no_time_line(page: Page, stage: Stage) -> None:
     stage.scene("hall.glb", animations=ANIMATIONS)
     wait_for(page, lambda: page.title() == "hall.glb – lumenwalk")
     expect(page.get_by_role("button", name="Play")).to_be_hidden()
+
+
+def test_what_plays_stops_where_another_scene_is_chosen(page: Page, stage: Stage) -> None:
+    page.get_by_role("button", name="Play").click()
+    stage.hear("edit", 2)
+    page.locator("#scene").select_option("cornell-box")
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene") == "cornell-box")
+    said = len(stage.all("edit"))
+    page.wait_for_timeout(200)
+    stage.scene("cornell-box", animations=ANIMATIONS[1:])
+    wait_for(page, lambda: page.title() == "cornell-box – lumenwalk")
+    page.wait_for_timeout(100)
+    assert len(stage.all("edit")) == said
+    expect(page.get_by_text("0.0 of 1.0 s")).to_be_visible()
+
+
+def test_the_time_line_has_its_place_in_a_window_of_any_width(page: Page, stage: Stage) -> None:
+    page.keyboard.press("KeyG")
+    for width, height in ((1280, 720), (1000, 600), (844, 390)):
+        page.set_viewport_size({"width": width, "height": height})
+        edges = {}
+        for name in ("player", "move-bar", "stats", "mixer", "title-bar"):
+            box = page.locator(f"#{name}").bounding_box()
+            assert box is not None
+            edges[name] = box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
+        for (one, (left, top, right, bottom)), (other, second) in combinations(edges.items(), 2):
+            apart = right <= second[0] or second[2] <= left or bottom <= second[1] or second[3] <= top
+            assert apart, f"{one} and {other} lie over each other at {width} by {height}"
+        assert all(left >= 0 and right <= width for left, _, right, _ in edges.values())
+    page.keyboard.press("KeyG")
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.get_by_role("button", name="Loop")).to_be_in_viewport(ratio=1)

@@ -117,9 +117,14 @@ export class Mixer {
     this.#show();
   }
 
-  /** All that differs, if that is this viewer's own; null where it sees what all see. */
+  /** All that differs, with what is on its way. */
+  get edits() {
+    return this.#history.edits;
+  }
+
+  /** The same, if it is this viewer's own; null where it sees what all see. */
   get ownEdits() {
-    return this.#history.own ? this.#history.edits : null;
+    return this.#history.own ? this.edits : null;
   }
 
   /** A scene is there. @param {SceneInfo} scene */

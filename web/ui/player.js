@@ -20,6 +20,8 @@ export class Player {
   /** @type {SceneInfo["animations"]} */
   #animations = [];
   #asked = 0;
+  /** Of the next step. */
+  #step = 0;
   #bar = text("player");
   #play = button("player-play");
   #animation = byId("player-animation", HTMLSelectElement);
@@ -44,11 +46,18 @@ export class Player {
     });
   }
 
+  /** Stops where it is, without a word to the server: the scene is left, or another one is there. */
+  stop() {
+    cancelAnimationFrame(this.#step);
+    this.#playback.pause();
+    this.#show();
+  }
+
   /** A scene is there. @param {SceneInfo} scene */
   scene(scene) {
+    this.stop();
     this.#animations = scene.animations;
     this.#bar.hidden = !this.allowed || scene.animations.length === 0;
-    this.#playback.pause();
     this.#playback.time = 0;
     offer(this.#animation, scene.animations.map(({ id }) => ({ value: id, label: id })));
     this.#animation.selectedIndex = 0;
@@ -66,12 +75,12 @@ export class Player {
 
   #toggle() {
     if (this.#playback.playing) {
-      this.#playback.pause();
-      this.#show();
+      this.stop();
+      this.#seek(this.#playback.time);
       return;
     }
     this.#playback.play();
-    requestAnimationFrame((now) => this.#run(now));
+    this.#step = requestAnimationFrame((now) => this.#run(now));
   }
 
   /** @param {number} now */
@@ -81,7 +90,7 @@ export class Player {
       this.#asked = now;
       this.#seek(this.#playback.time);
     }
-    if (this.#playback.playing) requestAnimationFrame((next) => this.#run(next));
+    if (this.#playback.playing) this.#step = requestAnimationFrame((next) => this.#run(next));
   }
 
   #choose() {
