@@ -7,6 +7,7 @@ from ipaddress import IPv4Address, IPv6Address, ip_address, ip_network
 DEFAULT_PORTS = {"http": 80, "https": 443}
 # Of one viewer's network: with IPv6 a customer has at least that to choose addresses from (RFC 6177).
 CLIENT_BITS = 64
+MAX_PLACE = 300  # characters of host and port: names have up to 253 (RFC 1035), and the rest takes long to understand
 _PLACE = re.compile(r"(?:\[([^\[\]]+)\]|([^\s/?#@:\[\]\\]+))(?::(\d{1,5}))?")
 # Unreserved characters of RFC 3986, which mean the same in a path, a header, a cookie and HTML.
 _PREFIX = re.compile(r"(/[A-Za-z0-9._~-]+)+")
@@ -48,7 +49,7 @@ def is_within(address: str, networks: Collection[str]) -> bool:
 
 def _place(text: str) -> tuple[str, int | None] | None:
     """Host and port of `name:port` or `[IPv6]:port`; None when it is none."""
-    match = _PLACE.fullmatch(text.lower())
+    match = _PLACE.fullmatch(text.lower()) if len(text) <= MAX_PLACE else None
     if match is None:
         return None
     address, name, port = match.groups()

@@ -21,6 +21,7 @@ from server.http.connections import Connections, raise_file_limit
 from server.http.cors import Cors
 from server.http.delivery import Delivery
 from server.http.forwarded import Forwarded
+from server.http.metered import Meter
 from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
@@ -108,6 +109,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     if settings.allowed_origins:
         app.add_middleware(Cors, origins=settings.allowed_origins, exposed=EXPOSED)
     app.add_middleware(Answers)
+    app.add_middleware(Meter, service=service)
     app.add_middleware(
         Forwarded, root_path=settings.root_path, trusted=settings.trusted_proxies, names=frozenset(NAMES)
     )

@@ -53,10 +53,10 @@ class Buckets:
         """Whether nothing is left for `key`."""
         return key in self._buckets and self._buckets[key].level < 1.0
 
-    def take(self, key: Hashable) -> None:
-        """Take one of `key`'s."""
+    def take(self, key: Hashable, amount: float = 1.0) -> None:
+        """Take of `key`'s."""
         if len(self._buckets) >= MAX_REMEMBERED:
             self._buckets = {known: bucket for known, bucket in self._buckets.items() if not bucket.full}
         if len(self._buckets) >= MAX_REMEMBERED:  # an attack from everywhere: remember the newest
             del self._buckets[next(iter(self._buckets))]
-        self._buckets.setdefault(key, Bucket(*self._of)).take()
+        self._buckets.setdefault(key, Bucket(*self._of)).take(amount)

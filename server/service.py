@@ -32,6 +32,9 @@ EDIT_RATE, EDIT_BURST = 40.0, 80.0
 # Picks of a client: a click each.
 PICK_RATE, PICK_BURST = 10.0, 40.0
 
+# What a client's requests and messages may let others wait for in the web process, in ms of a core: a second, at once.
+EFFORT_RATE, EFFORT_BURST = 200.0, 2000.0
+
 
 class Assigner(Protocol):
     """Knows the replicas that viewers can be sent to."""
@@ -60,6 +63,7 @@ class Service:
     edited: EditedScenes = field(init=False)
     edit_rates: Buckets = field(default_factory=lambda: Buckets(EDIT_RATE, EDIT_BURST))
     pick_rates: Buckets = field(default_factory=lambda: Buckets(PICK_RATE, PICK_BURST))
+    efforts: Buckets = field(default_factory=lambda: Buckets(EFFORT_RATE, EFFORT_BURST))
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 
     def __post_init__(self) -> None:

@@ -7,6 +7,7 @@ of the same scene always are the same scene, whatever came before.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from math import hypot
 from typing import Annotated
 
@@ -40,6 +41,8 @@ Metres = Annotated[FiniteFloat, Field(ge=-1e9, le=1e9)]
 Latitude = Annotated[FiniteFloat, Field(ge=-90.0, le=90.0)]
 Longitude = Annotated[FiniteFloat, Field(ge=-180.0, le=180.0)]
 Degrees = Annotated[FiniteFloat, Field(ge=-360.0, le=360.0)]
+# Years for which the sun's position is known; dates of others need not even be ones in another zone.
+FIRST_YEAR, LAST_YEAR = 1900, 2100
 PartId = Annotated[str, Field(min_length=1, max_length=MOST_ID + 16)]
 
 
@@ -64,9 +67,9 @@ class LightEdit(_Edit):
 
     date: AwareDatetime | None = Field(
         default=None,
-        description="a directional light is the sun at this time, with its zone: it shines from there, unless a "
-        "direction is given, and as much of it as comes through the air of what does when it is overhead; a sky is "
-        "that of a clear day then, as bright as the file's when the sun is overhead",
+        description="of 1900 to 2100; a directional light is the sun at this time, with its zone: it shines from "
+        "there, unless a direction is given, and as much of it as comes through the air of what does when it is "
+        "overhead; a sky is that of a clear day then, as bright as the file's when the sun is overhead",
     )
     place: tuple[Latitude, Longitude] | None = Field(
         default=None, description="of that sun: latitude and longitude, north and east are positive [°]"
@@ -81,6 +84,13 @@ class LightEdit(_Edit):
         if direction is not None and not 1e-6 < hypot(*direction) < 1e6:
             raise ValueError("must have a length from 1e-6 to 1e6")
         return direction
+
+    @field_validator("date")
+    @classmethod
+    def _has_a_sun(cls, date: datetime | None) -> datetime | None:
+        if date is not None and not FIRST_YEAR <= date.year <= LAST_YEAR:
+            raise ValueError(f"must be of a year from {FIRST_YEAR} to {LAST_YEAR}")
+        return date
 
     @property
     def sun(self) -> tuple[float, float] | None:

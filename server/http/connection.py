@@ -106,7 +106,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         """The head of a request has come."""
         self._settle()  # by the share that it has had until now
         self.waiting, self.trusted, self.since = False, False, self._loop.time()
-        self._charge(REQUEST_COST)
+        self.charge(REQUEST_COST)
 
     def trust(self) -> None:
         """The request may come in."""
@@ -116,7 +116,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         self.trusted = True
         if self._timer is not None:
             self._release()
-            self._charge(0.0)
+            self.charge(0.0)
         if self._kept:
             self._registry.gate.leave(self)
             self._loop.call_soon(self.proceed)
@@ -149,14 +149,14 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def _share(self) -> float:
         return min(TRUSTED_SHARE if self.trusted else SHARE, ALL_SHARE / max(self._registry.held, 1))
 
-    def _charge(self, seconds: float) -> None:
-        """Read nothing until the time that was taken is made up for."""
+    def charge(self, seconds: float) -> None:
+        """What came has taken so much of a core: read nothing until that is made up for."""
         if not self.trusted:
             self._gated += seconds
             self._registry.gate.charge(seconds)
         self._settle()
         self._debt += seconds
-        if self._timer is None and (rest := self._debt / self._share()) > GRACE_SECONDS:
+        if self._timer is None and not self._closing and (rest := self._debt / self._share()) > GRACE_SECONDS:
             self._registry.held += 1
             self._timer = self._loop.call_later(rest, self._release)
             self._set_reading()
@@ -224,7 +224,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def _parse(self, data: bytes) -> None:
         began = thread_time()
         self._parser.data_received(data)
-        self._charge(thread_time() - began)
+        self.charge(thread_time() - began)
 
     def eof_received(self) -> bool | None:
         """The client says no more, which ends the connection."""

@@ -1,5 +1,6 @@
 """HTTP/1.1 of one connection: uvicorn's protocol over llhttp, with ends to what a request may be before it is one."""
 
+from collections.abc import Sequence
 from typing import Any, cast
 
 from httptools import HttpParserError, HttpParserUpgrade, HttpRequestParser
@@ -13,6 +14,9 @@ from server.http.refusal import refusal
 
 # Of a head, of chunks' extensions or of trailers, before anything comes of them; as many as other servers take.
 MAX_HEAD_BYTES = 65_536
+# Of a request: what each takes to be understood adds up before a token is looked for.
+MAX_PATH_BYTES = 8192
+MAX_PARTS = 200  # headers, parameters, or cookies
 MAX_PIPELINED = 3  # requests that may come before the one that is being answered is
 HOP_BY_HOP = (b"connection", b"upgrade", b"http2-settings")  # that ask for an upgrade
 
@@ -94,7 +98,7 @@ class HttpProtocol(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         """The head has come: the request begins to be served.
 
-        ValueError when it does not say for whom it is, or too many before it are not answered.
+        ValueError when it does not say for whom it is, has too many parts, or too many before it are not answered.
         """
         self._in_head = False
         self._fruitful = True
@@ -103,6 +107,7 @@ class HttpProtocol(HttpToolsProtocol):
             return
         if len(self.pipeline) >= MAX_PIPELINED:
             raise ValueError("too many requests at once")
+        _check_parts(self.url, self.headers)
         hosts = sum(name == b"host" for name, _ in self.headers)
         if hosts > 1 or (hosts == 0 and self.parser.get_http_version() == "1.1"):
             raise ValueError("a request names one host")
@@ -149,3 +154,11 @@ class HttpProtocol(HttpToolsProtocol):
         self.transport.write(refusal(status, code, message, self.server_state.default_headers))
         self._connection.unread = True  # whatever it is
         self.transport.close()
+
+
+def _check_parts(url: bytes, headers: Sequence[tuple[bytes, bytes]]) -> None:
+    """ValueError where a request has too long a path, or too many headers, parameters or cookies."""
+    path, _, query = url.partition(b"?")
+    cookies = sum(value.count(b";") + 1 for name, value in headers if name == b"cookie")
+    if len(path) > MAX_PATH_BYTES or max(len(headers), query.count(b"&") + 1, cookies) > MAX_PARTS:
+        raise ValueError("a request has too many parts")

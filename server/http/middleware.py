@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from server.addresses import client_network
 from server.errors import error_response
 from server.http.forwarded import route_path
+from server.http.metered import charger
 from server.http.presence import serve_while_present
 from server.http.security import OPEN
 from server.logs import bind
@@ -76,7 +78,9 @@ class BodyLimit:
 
 
 class RequestLimit:
-    """Answers 503 to more requests at once than the service takes, and to all while it stops; numbers them."""
+    """Answers 503 to more requests at once than the service takes, and to all while it stops, and 429 to a client whose
+    requests took too much of the web process; numbers them.
+    """
 
     def __init__(self, app: ASGIApp, service: Service) -> None:
         self._app = app
@@ -93,6 +97,10 @@ class RequestLimit:
         bind(request=next(self._numbers))
         if self._service.stopping.is_set():
             await error_response(503, "stopping", "the service is stopping")(scope, receive, send)
+        elif self._service.efforts.empty(client_network((scope["client"] or ("",))[0])):
+            self._service.metrics.refused("effort")
+            text = "what you asked for took too much of this server's time; try again later"
+            await error_response(429, "too-busy", text)(scope, receive, send)
         elif self._running >= self._most:
             self._service.metrics.refused("requests")
             text = f"{self._running} requests are being answered already; try again later"
@@ -116,6 +124,7 @@ class RequestLimit:
             await send(message)
 
         try:
-            await serve_while_present(self._app, scope, receive, counted, self._service.stopping)
+            charge = charger(scope, self._service)
+            await serve_while_present(self._app, scope, receive, counted, self._service.stopping, charge)
         finally:
             discount()

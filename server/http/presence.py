@@ -2,11 +2,14 @@
 
 import asyncio
 from asyncio import FIRST_COMPLETED
+from collections.abc import Callable
+from typing import Any
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.errors import error_response
+from server.http.metered import Metered
 
 FINISH_SECONDS = 3.0  # for requests to be answered once the service is to end; less than it waits for them
 
@@ -52,8 +55,18 @@ class _Inbox:
         return message
 
 
-async def serve_while_present(app: ASGIApp, scope: Scope, receive: Receive, send: Send, end: asyncio.Event) -> None:
-    """Serve an HTTP request until it is answered or its client leaves. A while after `end` it is answered by 503."""
+async def serve_while_present(
+    app: ASGIApp,
+    scope: Scope,
+    receive: Receive,
+    send: Send,
+    end: asyncio.Event,
+    charge: Callable[[float], None],
+) -> None:
+    """Serve an HTTP request until it is answered or its client leaves. A while after `end` it is answered by 503.
+
+    charge: hears what it takes (server.http.metered).
+    """
     inbox = _Inbox(receive)
     begun = finished = False
 
@@ -68,7 +81,7 @@ async def serve_while_present(app: ASGIApp, scope: Scope, receive: Receive, send
         await asyncio.sleep(FINISH_SECONDS)
 
     await inbox.open(scope)
-    work = asyncio.create_task(_run(app, scope, inbox.receive, noted))
+    work = asyncio.create_task(_run(app, scope, inbox.receive, noted, charge))
     left, stop = asyncio.create_task(inbox.left()), asyncio.create_task(ended())
     try:
         await asyncio.wait((work, left, stop), return_when=FIRST_COMPLETED)
@@ -89,5 +102,6 @@ async def serve_while_present(app: ASGIApp, scope: Scope, receive: Receive, send
             task.cancel()
 
 
-async def _run(app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
-    await app(scope, receive, send)
+async def _run(app: ASGIApp, scope: Scope, receive: Receive, send: Send, charge: Callable[[float], None]) -> None:
+    work: Any = app(scope, receive, send)
+    await Metered(work, charge)

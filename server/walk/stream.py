@@ -8,7 +8,9 @@ from contextlib import asynccontextmanager, suppress
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
 from gpu.errors import UserError
+from server.addresses import client_network
 from server.errors import error_response, refusals
+from server.http.metered import charger
 from server.logs import bind
 from server.service import Service, TheService
 from server.walk.viewer import RESTART, Viewer
@@ -43,6 +45,10 @@ async def stream(socket: WebSocket, service: TheService) -> None:
     if service.full:
         await _refuse_as_full(socket, service)
         return
+    if service.efforts.empty(client_network(socket.client.host if socket.client else "")):
+        text = "what you asked for took too much of this server's time; try again later"
+        await _refuse(socket, service, "effort", TRY_AGAIN, text)
+        return
     try:
         hello = await _greet(socket, service)
     except WebSocketDisconnect:
@@ -57,7 +63,7 @@ async def stream(socket: WebSocket, service: TheService) -> None:
     bind(viewer=number)
     log.info("viewer came", extra={"address": socket.client.host if socket.client else ""})
     try:
-        await Viewer(ViewerSocket(socket), service, number, hello).run()
+        await Viewer(ViewerSocket(socket), service, number, hello, charger(socket.scope, service)).run()
     except WebSocketDisconnect:
         pass
     except Exception:

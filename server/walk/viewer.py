@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from time import monotonic
@@ -13,6 +14,7 @@ from gpu.errors import OutOfMemoryError, UserError
 from gpu.sample_counts import usual_counts
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import Quality, RenderSettings
+from server.http.metered import Metered
 from server.rate_limit import Bucket
 from server.refusals import TooBusyError, UnknownSceneError
 from server.render.activity import EngineState
@@ -68,12 +70,20 @@ _READY = _State(State.READY)
 
 
 class Viewer:
-    """Serves one viewer whose hello was accepted."""
+    """Serves one viewer whose hello was accepted; charge: hears what its messages take (server.http.metered)."""
 
-    def __init__(self, socket: ViewerSocket, service: Service, number: int, hello: Hello) -> None:
+    def __init__(
+        self,
+        socket: ViewerSocket,
+        service: Service,
+        number: int,
+        hello: Hello,
+        charge: Callable[[float], None],
+    ) -> None:
         self._socket = socket
         self._service = service
         self._hello = hello
+        self._charge = charge
         here: tuple[CodecName, ...] = ("png", "h264") if can_encode_video() else ("png",)
         self._codecs: tuple[CodecName, ...] = ("jpeg", *(name for name in here if name in hello.codecs))
         settings = service.settings
@@ -148,6 +158,10 @@ class Viewer:
     # --- what the viewer says ---
 
     async def _listen(self) -> None:
+        """What messages take to be dealt with, up to telling all who look, is charged to who sends them."""
+        await Metered(self._hear(), self._charge)
+
+    async def _hear(self) -> None:
         while True:
             if (seconds := self._messages.take()) > 0.0:
                 await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back

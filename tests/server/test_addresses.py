@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from time import thread_time
 
 import pytest
 
@@ -31,6 +32,13 @@ def test_an_address_has_one_spelling() -> None:
     assert plain_address("::ffff:192.0.2.7") == "192.0.2.7"  # as a socket for IPv6 and IPv4 says it
     assert plain_address("2001:0DB8::0007") == "2001:db8::7"
     assert plain_address("unix:") == "unix:"
+
+
+def test_what_is_too_long_for_a_name_is_none_whatever_it_takes_to_spell() -> None:
+    began = thread_time()
+    for text in ("ü" * 50_000, "ü." * 25_000, "http://" + "ü" * 50_000):
+        assert host_of(text) is origin_of(text) is None
+    assert thread_time() - began < 0.1  # one alone would take longer
 
 
 def test_clients_of_ipv6_are_counted_by_their_network() -> None:

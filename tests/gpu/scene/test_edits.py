@@ -179,6 +179,14 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         edited(scene, edits_of(**parts))
 
 
+@pytest.mark.parametrize("date", ["1900-01-01T00:00:00+23:59", "2100-12-31T23:59:59.999999-23:59"])
+@pytest.mark.parametrize("place", [[90.0, -180.0], [-90.0, 180.0]])
+def test_a_sun_shines_at_the_ends_of_time_and_of_the_world(date: str, place: list[float]) -> None:
+    sun = edits_of(lights={"sun": {"date": date, "place": place, "north": -360.0}}).lights["sun"]
+    assert sun.shines is not None
+    assert np.linalg.norm(sun.shines) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize(
     ("parts", "place"),
     [
@@ -187,6 +195,9 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"bulb": {"color": [1, 2, 0]}}}, "lights.bulb.color.1"),
         ({"lights": {"bulb": {"flux": 1}}}, "lights.bulb.flux"),
         ({"lights": {"sun": {"date": "2024-03-20T12:00:00"}}}, "lights.sun.date"),
+        ({"lights": {"sun": {"date": "0001-01-01T00:00:00+23:59"}}}, "lights.sun.date"),  # before there is UTC
+        ({"lights": {"sun": {"date": "1899-12-31T00:00:00Z"}}}, "lights.sun.date"),
+        ({"lights": {"sun": {"date": "2101-01-01T00:00:00Z"}}}, "lights.sun.date"),
         ({"lights": {"sun": {"place": [91, 0]}}}, "lights.sun.place.0"),
         ({"lights": {"sun": {"direction": [0, 0, 0]}}}, "lights.sun.direction"),
         ({"lights": {"sun": {"direction": [0, 1e200, 0]}}}, "lights.sun.direction"),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from harness import Running
 
-from server.http.http_protocol import MAX_HEAD_BYTES, MAX_PIPELINED
+from server.http.http_protocol import MAX_HEAD_BYTES, MAX_PARTS, MAX_PATH_BYTES, MAX_PIPELINED
 from server.http.security import HEADERS
 
 
@@ -57,11 +57,16 @@ UPGRADE = (
         (CHUNKED + b"no length\r\n", 400),
         (CHUNKED.replace(b"chunked", b"other") + b"{}", 400),
         (b"CONNECT localhost:80 HTTP/1.1\r\nHost: localhost\r\n\r\n", 400),
-        (UPGRADE + b"x: y\r\n" * 200 + b"\r\n", 431),
+        (UPGRADE + b"x: y\r\n" * 190 + b"\r\n", 431),
+        (HOST + b"x: y\r\n" * MAX_PARTS + b"\r\n", 400),
+        (HOST + b"Cookie: " + b"; ".join([b"a=b"] * (MAX_PARTS + 1)) + b"\r\n\r\n", 400),
+        (HOST.replace(b"healthz", b"healthz?" + b"&".join([b"a"] * (MAX_PARTS + 1))) + b"\r\n", 400),
+        (HOST.replace(b"healthz", b"a" * MAX_PATH_BYTES) + b"\r\n", 400),
     ],
     ids=[
         *("no HTTP", "no host", "two hosts", "one large header", "many headers"),
         *("a broken body", "an unknown encoding", "a tunnel", "a handshake of many headers"),
+        *("more headers than parts", "many cookies", "many parameters", "a long path"),
     ],
 )
 def test_what_is_no_request_gets_a_problem_and_the_end(running: Running, data: bytes, status: int) -> None:

@@ -34,6 +34,10 @@ class Client:
         self.got.append(message)
 
 
+def free(seconds: float) -> None:
+    """Who does not mind what is taken."""
+
+
 def run(test: Callable[[], Awaitable[None]]) -> None:
     asyncio.run(asyncio.wait_for(test(), 5.0))  # type: ignore[arg-type]
 
@@ -52,7 +56,7 @@ def test_who_has_left_waits_no_more() -> None:
             finally:
                 cancelled.set()
 
-        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event())
+        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event(), free)
         assert cancelled.is_set()
         assert client.got == []
 
@@ -74,7 +78,7 @@ def test_a_body_is_read_as_the_application_asks_for_it() -> None:
             await send(START)
             await send(END)
 
-        await serve_while_present(app, CHUNKED, client.receive, client.send, asyncio.Event())
+        await serve_while_present(app, CHUNKED, client.receive, client.send, asyncio.Event(), free)
         assert got == pieces
         assert client.got == [START, END]
 
@@ -90,7 +94,7 @@ def test_the_application_hears_that_the_client_leaves() -> None:
             client.gone.set()
             assert (await receive())["type"] == "http.disconnect"
 
-        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event())
+        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event(), free)
 
     run(main)
 
@@ -106,7 +110,7 @@ def test_what_is_done_after_the_answer_is_done() -> None:
             await asyncio.sleep(0.01)
             after.append("done")
 
-        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event())
+        await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event(), free)
         assert after == ["done"]
 
     run(main)
@@ -124,7 +128,7 @@ def test_the_end_of_the_service_is_the_answer(scope: dict[str, Any], monkeypatch
             while (await receive())["type"] != "http.disconnect":
                 pass
 
-        await serve_while_present(app, scope, client.receive, client.send, end)
+        await serve_while_present(app, scope, client.receive, client.send, end, free)
         assert client.got[0]["status"] == 503
         assert json.loads(client.got[1]["body"])["code"] == "stopping"
 
@@ -138,6 +142,6 @@ def test_errors_of_the_application_are_raised() -> None:
 
         client = Client(WHOLE)
         with pytest.raises(ValueError):  # noqa: PT011
-            await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event())
+            await serve_while_present(app, BODILESS, client.receive, client.send, asyncio.Event(), free)
 
     run(main)
