@@ -4,8 +4,6 @@ Importance is transported as light is (P. Christensen, Adjoints and Importance i
 nothing, so that rooms next door count, too.
 """
 
-from dataclasses import dataclass
-
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
@@ -20,7 +18,6 @@ from gpu.sampling.warps import cosine_direction
 
 
 @wp.struct
-@dataclass
 class WalkVertex:
     """position, in units of the scene; normal: the geometric one on the walk's side, 0 where the walk has ended."""
 
