@@ -52,6 +52,8 @@ class AdaptiveRayParameters:
     most_frames: what frames before knew counts as the rays of so many of them, at most.
     own_share: of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest.
     darker: what has less than this share of its light, as gpu.correction.outlier_shading leaves it, is shown as it is.
+    least_light: of what clusters tell, this share of which remains where rays of one frame find less, as
+    gpu.correction.visibility_correction has it for fewer rays.
     """
 
     least_bright: float = 0.6
@@ -60,6 +62,7 @@ class AdaptiveRayParameters:
     most_frames: int = 6
     own_share: float = 0.45
     darker: float = 0.3
+    least_light: float = 0.05
 
 
 ADAPTIVE_RAY_PARAMETERS: AdaptiveRayParameters = parameters(AdaptiveRayParameters)
@@ -172,7 +175,9 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
                 total += weight
                 mixed += residual.light[at] * weight
     lacks = residual.light[place] * by.own_share + mixed * ((1.0 - by.own_share) / wp.max(total, 1.0e-20))
-    known.irradiance[pixel] = wp.max(known.irradiance[pixel] + lacks, wp.vec3(0.0, 0.0, 0.0))
+    before = known.irradiance[pixel]
+    least = known.clustered[pixel] * (by.least_light / float(known.frames[pixel] + 1))
+    known.irradiance[pixel] = wp.max(before + lacks, wp.min(before, least))
 
 
 class BrightPoints(Selection):

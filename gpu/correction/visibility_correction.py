@@ -13,11 +13,12 @@ from functools import cache, partial
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.core.parameters import parameters
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, vpl_sample_of
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
-from gpu.gbuffer.shading_points import ListedPoints
+from gpu.gbuffer.shading_points import ListedPoints, ShadingPoints
 from gpu.indirect.clustered_light import ClusteredLight
 from gpu.indirect.far_field import visibility_weight
 from gpu.indirect.fuzzy_shading import REGISTERS
@@ -36,6 +37,21 @@ PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 RUN = wp.constant(32 // CHECKS)
 # More than any frame has.
 ALL_PASSES = 1e3
+
+
+@wp.struct
+@dataclass
+class CorrectionParameters:
+    """How much a few rays are believed.
+
+    least_light: of what clusters tell, this share of which remains, whatever an SP's rays of one frame find. Where they
+    leave less, a third to two thirds arrive; those of more frames are believed more.
+    """
+
+    least_light: float = 0.3
+
+
+CORRECTION_PARAMETERS: CorrectionParameters = parameters(CorrectionParameters)
 
 
 @wp.struct
@@ -142,6 +158,21 @@ def correction_kernel(first: int, points: PointList, vpls: VplClusters, rays: Sh
     correction[pixel] = mean
 
 
+@wp.kernel
+def bound_correction_kernel(first: int, points: PointList, irradiance: wp.array[wp.vec3], frames: wp.array[int],
+                            chosen: CorrectionParameters, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: its `correction` takes no more of `irradiance` than rays can tell of so many earlier `frames`.
+
+    (pixel,) each.
+    """
+    sp = first + wp.tid()
+    if sp >= points.count[0]:
+        return
+    pixel = points.pixels[sp]
+    least = chosen.least_light / float(frames[pixel] + 1)
+    correction[pixel] = wp.max(correction[pixel], irradiance[pixel] * (least - 1.0))
+
+
 @dataclass(frozen=True)
 class Passes:
     """Which passes of rays SPs have, by which `seed` (1,).
@@ -163,8 +194,9 @@ class Correction:
     too much of, then negative [W/m²]; rays: CHECKS of each.
     """
 
-    def __init__(self, capacity: int, device: wp.Device, most: int = 1) -> None:
-        self.device = device
+    def __init__(self, capacity: int, device: wp.Device, most: int = 1,
+                 chosen: CorrectionParameters = CORRECTION_PARAMETERS) -> None:  # fmt: skip
+        self.device, self._chosen = device, chosen
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
         self.rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True)
@@ -203,3 +235,12 @@ class Correction:
                 wp.capture_if(self._has[number : number + 1], partial(run, number))
             else:
                 run(number)
+
+    def bound(self, points: ShadingPoints, irradiance: wp.array, frames: wp.array, correction: wp.array) -> None:
+        """Have a shared `correction` leave some of the `irradiance` of `points`, less the more earlier `frames` their
+        rays are of; (pixel,) each.
+
+        Frames that are averaged are not bounded: their mean would be too large.
+        """
+        inputs = [points.points, irradiance, frames, self._chosen, correction]
+        launch(bound_correction_kernel, points.capacity, inputs, self.device)

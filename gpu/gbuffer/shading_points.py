@@ -55,16 +55,13 @@ def list_shaded_kernel(first: int, shaded: wp.array[int], totals: wp.array[int],
 
 
 @wp.kernel
-def add_at_points_kernel(first: int, points: PointList, term: wp.array[wp.vec3], bounded: bool,
-                         total: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: adds `term` (pixel,) to `total` (pixel,); bounded: no sum is below zero."""
+def add_at_points_kernel(first: int, points: PointList, term: wp.array[wp.vec3], total: wp.array[wp.vec3]) -> None:
+    """One thread an SP: adds `term` (pixel,) to `total` (pixel,)."""
     sp = first + wp.tid()
     if sp >= points.count[0]:
         return
     pixel = points.pixels[sp]
     total[pixel] += term[pixel]
-    if bounded:
-        total[pixel] = wp.max(total[pixel], wp.vec3(0.0, 0.0, 0.0))
 
 
 class ListedPoints(Protocol):
@@ -133,12 +130,9 @@ class ShadingPoints:
         inputs = [self._shaded, self._totals, self._order, self.points]
         launch(list_shaded_kernel, self.capacity, inputs, self.device)
 
-    def add(self, term: wp.array, total: wp.array, *, bounded: bool) -> None:
-        """Add `term` (pixel,) to `total` (pixel,) at the pixels that are shaded; bounded: no sum is below zero.
-
-        Frames that are averaged are not bounded: their mean would be too large.
-        """
-        launch(add_at_points_kernel, self.capacity, [self.points, term, bounded, total], self.device)
+    def add(self, term: wp.array, total: wp.array) -> None:
+        """Add `term` (pixel,) to `total` (pixel,) at the pixels that are shaded."""
+        launch(add_at_points_kernel, self.capacity, [self.points, term, total], self.device)
 
     def reflect(self, gbuffer: GBuffer, irradiance: wp.array, mean: wp.array, radiance: wp.array) -> None:
         """Add to `radiance` (pixel,) what all pixels reflect of the `irradiance` (pixel,) that the shaded ones know.

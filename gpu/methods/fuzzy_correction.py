@@ -133,11 +133,12 @@ class FuzzyCorrection:
                 residual = history.take_light(points, indirect.irradiance, rays.own)
                 guide = indirect.irradiance, residual, history.frames
                 filtered = frame.smoothing.share(gbuffer, points, *guide, nearer_on_detail=True)
+                rays.bound(points, indirect.irradiance, history.frames, filtered)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
                 trace(self.suspected, *light(), Passes(seed, settled, SUSPECTS_PASS))
                 self.refined.find(self.suspected, gbuffer, *dispute)
-            points.add(filtered, indirect.irradiance, bounded=kind.denoise)
+            points.add(filtered, indirect.irradiance)
 
         def bright_rays() -> None:
             self.bright.trace(scene, gbuffer, points, *light(), seed, frame.brightness)
@@ -174,7 +175,7 @@ class FuzzyCorrection:
             inputs = frame.gbuffer, points, lights.vpls, paths, irradiance
             trace_near_paths(frame.scene, lights.table, *inputs)
             take_sparks(points, kind.sample, frame.indirect, sparks)
-            points.add(frame.smoothing.spread(frame.gbuffer, points, sparks), irradiance, bounded=False)
+            points.add(frame.smoothing.spread(frame.gbuffer, points, sparks), irradiance)
 
         stages.run("connect", connected, repeats=False)
         stages.run("paths", near, repeats=False)

@@ -296,7 +296,7 @@ class Passes:
         frame, irradiance = self._frame, self._frame.indirect.irradiance
 
         def add_near() -> None:
-            points.add(self.near_field.light, irradiance, bounded=kind.denoise)
+            points.add(self.near_field.light, irradiance)
 
         def reflect() -> None:
             points.reflect(frame.gbuffer, irradiance, frame.brightness.value, view.radiance)

@@ -127,7 +127,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             passes.end_indirect(view, points, kind, stages, near=False)
             if self._receivers is not None:
                 gloss = self._receivers.light
-                stages.run("gloss", lambda: points.add(gloss, view.radiance, bounded=False))
+                stages.run("gloss", lambda: points.add(gloss, view.radiance))
 
     def _trace(self) -> None:
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)

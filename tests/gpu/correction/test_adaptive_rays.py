@@ -10,7 +10,7 @@ from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.indirect.irradiance import CHECKS
 
 # What frames use, written again, so that a change of it fails.
-RAYS, MOST_FRAMES, OWN_SHARE, DARKER, TRUST = 24, 6, 0.45, 0.3, 0.6
+RAYS, MOST_FRAMES, OWN_SHARE, DARKER, TRUST, LEAST = 24, 6, 0.45, 0.3, 0.6, 0.05
 
 
 @wp.kernel
@@ -77,7 +77,8 @@ def test_what_rays_find_counts_beside_what_frames_before_knew(bright: Bright) ->
         mixed = 1.0 + OWN_SHARE * lacking[pixels] + (1.0 - OWN_SHARE) * bright.shared(pixels, lacking, told)
         kept = mean.mean(axis=1) * DARKER > 1.0
         assert not kept.all()
-        assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, 0.0)[~kept], rel=1e-3, abs=1e-4)
+        least = np.minimum(told[pixels] * LEAST / (frames + 1), 1.0)
+        assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, least)[~kept], rel=1e-3, abs=1e-4)
         others = np.setdiff1d(np.arange(bright.view.pixels), pixels)
         assert (light[others] == 1.0).all()
         assert (shown[others] == 1.0).all()
@@ -116,4 +117,16 @@ def test_what_was_found_to_be_much_darker_is_shown_as_it_is_and_tells_nothing(br
     assert shown[pixels[kept]] == pytest.approx(dark[pixels[kept]])
     others, lacking = pixels[~kept], light - dark
     mixed = dark[others] + OWN_SHARE * lacking[others] + (1.0 - OWN_SHARE) * bright.shared(others, lacking, told)
-    assert shown[others] == pytest.approx(np.maximum(mixed, 0.0), rel=1e-3, abs=1e-4)
+    least = np.minimum(told[others] * LEAST, dark[others])
+    assert shown[others] == pytest.approx(np.maximum(mixed, least), rel=1e-3, abs=1e-4)
+
+
+def test_where_rays_find_nothing_some_of_what_clusters_tell_is_left_but_nothing_becomes_brighter(
+    bright: Bright,
+) -> None:
+    """Black specks would show what rays miss by chance."""
+    pixels, pixel_count = bright.trace(), bright.view.pixels
+    told, none = np.full((pixel_count, 3), 1e6), np.full((pixel_count, 3), -1e7)
+    for before, frames, left in ((1e6, 0, LEAST), (1e6, 3, LEAST / 4.0), (1e4, 0, 0.01)):
+        shown = bright.take(told, none, np.full((pixel_count, 3), before), frames)[1][pixels]
+        assert shown == pytest.approx(np.full_like(shown, 1e6 * left), rel=1e-4)

@@ -2,6 +2,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+import warp as wp
 from pipeline import Pipeline, relative_error
 from scenes import box, column, grey, quad, resident_of, slats
 
@@ -202,6 +203,21 @@ def test_passes_that_no_sp_has_are_not_run(
     launched.clear()
     clustered.correct(correction, 3, range(4))
     assert launched.count(correction_kernel) == 4
+
+
+@pytest.mark.parametrize(("frames", "least"), [(0, 0.3), (2, 0.1)])
+def test_a_bounded_correction_leaves_some_light_and_less_by_the_rays_of_more_frames(
+    clustered: Pipeline, frames: int, least: float
+) -> None:
+    """Where no neighbour shares them, few rays that all end by chance would leave black specks."""
+    view, rng = clustered.view, np.random.default_rng(0)
+    told, lacks = rng.uniform(0.5, 2.0, (view.pixels, 3)), rng.uniform(-4.0, 1.0, (view.pixels, 3))
+    bounded = column(lacks, wp.vec3)
+    known = column(np.full(view.pixels, frames), int)
+    Correction(view.pixels, view.device).bound(view.shading_points, column(told, wp.vec3), known, bounded)
+    wanted = np.maximum(told + lacks, least * told) - told
+    shaded = np.isin(np.arange(view.pixels), clustered.pixels)[:, None]
+    assert bounded.numpy() == pytest.approx(np.where(shaded, wanted, lacks), rel=1e-5, abs=1e-6)
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:

@@ -54,13 +54,11 @@ def test_with_a_stride_fewer_are_listed_in_the_same_order() -> None:
     assert np.array_equal(listed, [pixel for pixel in morton_order((WIDTH, HEIGHT), CPU).numpy() if pixel in among])
 
 
-@pytest.mark.parametrize("bounded", [False, True])
-def test_a_term_is_added_at_the_points_alone_and_may_be_kept_from_going_below_zero(bounded: bool) -> None:
+def test_a_term_is_added_at_the_points_alone() -> None:
     sps = ShadingPoints((30, 20), 1, CPU)
     valid = np.random.default_rng(2).uniform(size=600) < 0.4
     sps.find(gbuffer_with(valid))
     term, total = np.random.default_rng(3).uniform(-2.0, 2.0, (2, 600, 3))
     result = column(total, wp.vec3)
-    sps.add(column(term, wp.vec3), result, bounded=bounded)
-    expected = np.maximum(total + term, 0.0) if bounded else total + term
-    assert result.numpy() == pytest.approx(np.where(valid[:, None], expected, total), rel=1e-5, abs=1e-6)
+    sps.add(column(term, wp.vec3), result)
+    assert result.numpy() == pytest.approx(np.where(valid[:, None], total + term, total), rel=1e-5, abs=1e-6)
