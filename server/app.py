@@ -116,6 +116,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     app.add_middleware(Delivery)
     errors.install(app)
     stills = (render_api, pick_api, export_api)
+    app.router.routes.append(stream.ROUTE)  # the first: others are not asked whether it is them that a crowd wants
     for part in (docs, health, monitor, *stills, scene_api, job_api, film_api, assign_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)

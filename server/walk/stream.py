@@ -6,13 +6,14 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
+from starlette.routing import WebSocketRoute
 
 from gpu.errors import UserError
 from server.addresses import client_network
 from server.errors import error_response, refusals
 from server.http.metered import charger
 from server.logs import bind
-from server.service import Service, TheService
+from server.service import Service
 from server.walk.viewer import RESTART, Viewer
 from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import SUBPROTOCOL, Error, ErrorCode, Hello, parse_viewer_message
@@ -34,9 +35,9 @@ async def no_stream() -> Response:
     return response
 
 
-@router.websocket(PATH)
-async def stream(socket: WebSocket, service: TheService) -> None:
+async def stream(socket: WebSocket) -> None:
     """Serve one viewer until it leaves."""
+    service: Service = socket.app.state.service
     # A browser that offers subprotocols, one of which may be its token, wants one of them taken.
     await socket.accept(SUBPROTOCOL if SUBPROTOCOL in socket.scope["subprotocols"] else None)
     if service.stopping.is_set():
@@ -73,6 +74,9 @@ async def stream(socket: WebSocket, service: TheService) -> None:
             await socket.close(FAULT, "an internal error; the server's log has the details")
     finally:
         service.dismiss(number)
+
+
+ROUTE = WebSocketRoute(PATH, stream)  # Starlette's: FastAPI's looks at the endpoint's parameters each time
 
 
 async def _refuse_as_full(socket: WebSocket, service: Service) -> None:

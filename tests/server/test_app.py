@@ -21,6 +21,7 @@ from websockets.sync.client import connect
 from gpu.errors import UserError
 from server.app import _url, create_app, prepare, serve, server_config
 from server.settings import ServerSettings
+from server.walk.stream import ROUTE
 from server.walk.viewer import settings_schema
 
 TOKEN = "correct-horse-battery-staple"
@@ -29,6 +30,7 @@ import sys
 from gpu.errors import UserError
 from server.app import serve
 from server.settings import ServerSettings
+from server.walk.stream import ROUTE
 try:
     serve(ServerSettings(port=0, device=sys.argv[1] or None), {GRADIENT_WORKER!r})
 except UserError as error:
@@ -155,3 +157,10 @@ def test_an_address_of_another_machine_is_said() -> None:
 def test_an_environment_that_cannot_be_read_is_told_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be read: No such file"):
         create_app(ServerSettings(environment=tmp_path / "gone.hdr"))
+
+
+def test_a_walk_is_asked_for_before_all_else() -> None:
+    """A crowd that comes, most of it to be refused, is not matched with one route after the other."""
+    routes = create_app(ServerSettings()).routes
+    assert routes.index(ROUTE) <= 1
+    assert all(getattr(route, "path", "") == "/api/openapi.json" for route in routes[: routes.index(ROUTE)])
