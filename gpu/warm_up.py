@@ -1,5 +1,7 @@
 """What frames of a scene launch, compiled and loaded before the first of them is wanted."""
 
+import warp as wp
+
 from gpu.core.device import BLOCK
 from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
 from gpu.core.sharing import DEVICE_SHARING
@@ -14,19 +16,21 @@ FEW = {"vpls": 256, "vpl_clusters": 16, "sp_clusters": 16, "samples": 1}
 WALKED, AVERAGED = 2, 3  # frames: the first of each has no others before it, and means begin with other stages
 
 
-def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
-    """Load the kernels of a scene with these settings, side by side; those in Warp's cache are not compiled again.
-
-    A little light is traced; then frames are rendered without running what they launch.
-    """
-    device = device_scene.device
-    block = BLOCK if device.is_cuda else 1
-    load_kernels(imported_kernels(), device, block)
+def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp.Kernel]:
+    """What frames of a scene with these settings launch: a little light is traced, then frames are gone through."""
     renderer = Renderer(device_scene, SIZE, settings.model_copy(update=FEW))
-    camera, mean = device_scene.scene.cameras[0], Accumulation(SIZE[0] * SIZE[1], device)
+    camera, mean = device_scene.scene.cameras[0], Accumulation(SIZE[0] * SIZE[1], device_scene.device)
     with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run
         for _ in range(WALKED):
             renderer.render(camera, walks=True)
         for _ in range(AVERAGED):
             renderer.render(camera, mean)
-    load_kernels(kernels, device, block)
+    return kernels
+
+
+def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
+    """Load the kernels of a scene with these settings, side by side; those in Warp's cache are not compiled again."""
+    device = device_scene.device
+    block = BLOCK if device.is_cuda else 1
+    load_kernels(imported_kernels(), device, block)
+    load_kernels(frame_kernels(device_scene, settings), device, block)
