@@ -18,6 +18,13 @@ export async function orderFilm(api, wanted) {
   return body;
 }
 
+/** A job that was ordered before, if the server knows of it still. @param {URL} api @param {string} url @returns {Promise<JobInfo | null>} */
+export async function findFilm(api, url) {
+  const answer = await fetch(new URL("jobs", api)).catch(() => null);
+  const jobs = /** @type {JobInfo[]} */ (answer?.ok ? await answer.json() : []);
+  return jobs.find((job) => job.url === url) ?? null;
+}
+
 /**
  * Tells of a job until it has ended; a function that stops telling.
  * @param {JobInfo} job @param {(job: JobInfo) => void} told @param {(words: string) => void} lost

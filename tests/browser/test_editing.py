@@ -94,6 +94,23 @@ def test_keys_move_what_is_chosen_and_not_the_camera(page: Page, stage: Stage) -
     assert len(stage.all("pose")) == poses
 
 
+def test_undo_is_heard_wherever_the_keyboard_is_while_the_sheet_is_open(page: Page, stage: Stage) -> None:
+    page.keyboard.press("KeyV")
+    page.get_by_role("slider", name="Move chair along X").press("ArrowRight")
+    hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
+    page.locator("#view").focus()  # as after a walk
+    page.keyboard.press("Control+z")
+    hears(stage, {"objects": {"chair": {"offset": None}}})
+    page.keyboard.press("Control+y")
+    hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
+    said = len(stage.all("edit"))
+    page.keyboard.press("KeyG")
+    expect(page.locator("#mixer")).to_be_hidden()
+    page.keyboard.press("Control+z")
+    page.wait_for_timeout(100)
+    assert len(stage.all("edit")) == said
+
+
 def test_what_is_dragged_about_an_axis_turns(page: Page, stage: Stage) -> None:
     page.mouse.click(*CHAIR_AT)
     page.get_by_label("Turn", exact=True).check()

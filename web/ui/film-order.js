@@ -1,10 +1,17 @@
-/** The part of the film's section that has it rendered: size and quality, progress, the file. */
+/**
+ * The part of the film's section that has it rendered: size and quality, progress, the file. The browser remembers what
+ * was ordered, so that a page that is loaded again goes on telling of it.
+ */
 
-import { cancelFilm, FilmError, orderFilm, resultOf, watchFilm } from "../film-job.js";
+import { cancelFilm, FilmError, findFilm, orderFilm, resultOf, watchFilm } from "../film-job.js";
+import { load, save } from "../storage.js";
 import { button, byId, text } from "./page.js";
 
 /** @typedef {import("../film-job.js").JobInfo} JobInfo */
 /** @typedef {{name: string, wanted: Readonly<Record<string, unknown>>, settings: Readonly<Record<string, unknown>>}} Order  name: of the file */
+
+/** What the browser remembers: {url, name}, or null. */
+const ORDERED = "film ordered";
 
 export class FilmOrder {
   #api;
@@ -12,6 +19,7 @@ export class FilmOrder {
   #form = byId("film-render", HTMLFormElement);
   #size = byId("film-size", HTMLSelectElement);
   #fps = byId("film-fps", HTMLSelectElement);
+  #codec = byId("film-codec", HTMLSelectElement);
   #frames = byId("film-frames", HTMLInputElement);
   #problem = text("film-problem");
   #box = text("film-job");
@@ -35,6 +43,7 @@ export class FilmOrder {
       this.#start();
     });
     this.#cancel.addEventListener("click", () => this.#stop());
+    this.#resume();
   }
 
   /** Whether there are views enough for a film. @param {boolean} enough */
@@ -56,20 +65,36 @@ export class FilmOrder {
     const wanted = {
       ...order.wanted,
       size: this.#size.value.split("x").map(Number),
-      film: { fps: Number(this.#fps.value) },
+      film: { fps: Number(this.#fps.value), codec: this.#codec.value },
       settings: { ...order.settings, frames: this.#frames.valueAsNumber },
     };
     this.#work(true);
     try {
-      const job = await orderFilm(this.#api, wanted);
-      const lost = (/** @type {string} */ words) => this.#end(words);
-      this.#current = { job, name: order.name, ignore: watchFilm(job, (now) => this.#told(now), lost) };
-      this.#box.hidden = this.#progress.hidden = this.#cancel.hidden = false;
-      this.#result.hidden = true;
-      this.#told(job);
+      this.#watch(await orderFilm(this.#api, wanted), order.name);
     } catch (error) {
       this.#end(error instanceof FilmError ? error.message : String(error));
     }
+  }
+
+  /** Goes on with what was ordered before the page was loaded. */
+  async #resume() {
+    const { url, name } = /** @type {{url?: unknown, name?: unknown}} */ (load(ORDERED) ?? {});
+    if (typeof url !== "string" || typeof name !== "string") return;
+    const job = await findFilm(this.#api, url);
+    if (this.#busy) return;
+    if (!job) return void save(ORDERED, null);
+    this.#work(true);
+    this.#watch(job, name);
+  }
+
+  /** @param {JobInfo} job @param {string} name */
+  #watch(job, name) {
+    save(ORDERED, { url: job.url, name });
+    const lost = (/** @type {string} */ words) => this.#end(words);
+    this.#current = { job, name, ignore: watchFilm(job, (now) => this.#told(now), lost) };
+    this.#box.hidden = this.#progress.hidden = this.#cancel.hidden = false;
+    this.#result.hidden = true;
+    this.#told(job);
   }
 
   /** @param {JobInfo} job */
@@ -100,6 +125,7 @@ export class FilmOrder {
   /** There is no film. @param {string} words why */
   #end(words) {
     this.#current = null;
+    save(ORDERED, null);
     this.#box.hidden = true;
     this.#work(false);
     this.problem(words);

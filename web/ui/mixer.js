@@ -96,10 +96,9 @@ export class Mixer {
       this.#overlay.toggleAttribute("hidden", !open);
       events.redraw();
     };
-    const controls = text("mixer");
-    controls.addEventListener("change", () => this.#history.end());
-    controls.addEventListener("keydown", (event) => this.#key(event));
-    this.#overlay.addEventListener("keydown", (event) => (event.key === "Escape" ? this.sheet.toggle() : this.#key(event)));
+    text("mixer").addEventListener("change", () => this.#history.end());
+    document.addEventListener("keydown", (event) => this.#key(event));
+    this.#overlay.addEventListener("keydown", (event) => event.key === "Escape" && this.sheet.toggle());
   }
 
   /** Whether the server lets its viewers edit. @param {boolean} takes */
@@ -169,8 +168,9 @@ export class Mixer {
     this.#history.set(patch);
   }
 
-  /** @param {KeyboardEvent} event */
+  /** Undo and redo, wherever the keyboard is while the sheet is open. @param {KeyboardEvent} event */
   #key(event) {
+    if (this.#overlay.hasAttribute("hidden")) return;
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
     const key = event.key.toLowerCase();
     if (key !== "z" && key !== "y") return;
