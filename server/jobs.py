@@ -12,6 +12,7 @@ from pathlib import Path
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS
 from gpu.settings import RenderSettings
+from server.places import asker
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine_pool import EnginePool
 from server.render.films import Film, render_film
@@ -24,6 +25,7 @@ from server.scenes.residency import Residency
 from server.wire.worker import Render, SceneCamera, SceneRef
 
 MAX_LOSSES = 3  # of the worker, in a row
+OF_ALL = 2  # times as many jobs of all clients as of one may wait or run
 MAX_ENDED = 1000  # jobs that are remembered
 log = logging.getLogger("lumenwalk.jobs")
 
@@ -45,7 +47,7 @@ ENDED = (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
 class RenderJob:
     """A picture or film in the making: what the worker is asked for, of how many frames, and what has become of it.
 
-    frames: of all its pictures.
+    frames: of all its pictures; client: who asked for it.
     """
 
     id: str
@@ -54,6 +56,8 @@ class RenderJob:
     media_type: str
     film: Film | None = None
     pictures: int = 1
+    client: str = ""
+    begun: int = 0  # which of all jobs that have
     state: JobState = JobState.QUEUED
     samples: int = 0
     error: str = ""
@@ -79,7 +83,7 @@ class Jobs:
         keep_seconds: float,
         keep_bytes: int,
     ) -> None:
-        """dismiss: frees what is kept for a viewer number; max_jobs: that wait or run; keep_…: of results."""
+        """dismiss: frees what is kept for a viewer number; max_jobs: of one client; keep_…: of results."""
         self._engines = engines
         self._residency = residency
         self._dismiss = dismiss
@@ -87,6 +91,7 @@ class Jobs:
         self._keep_seconds = keep_seconds
         self._keep_bytes = keep_bytes
         self._jobs: dict[str, RenderJob] = {}
+        self._begun = 0
         self.ended = Counter(dict.fromkeys(ENDED, 0))  # since the service began
         self._added = asyncio.Event()
         self._running: dict[str, asyncio.Task[None]] = {}  # by job
@@ -103,15 +108,17 @@ class Jobs:
         return self._jobs[job_id]
 
     def add(self, render: Render, frames: int, media_type: str, film: Film | None = None) -> RenderJob:
-        """Queue a picture, or a film of pictures, of so many frames each; TooBusyError when too many wait.
+        """Queue a picture, or a film of pictures, of so many frames each; TooBusyError when too many of who asks wait,
+        or twice as many of all.
 
         Its viewer number is the job's own.
         """
-        waiting = sum(job.state not in ENDED for job in self._jobs.values())
-        if waiting >= self._max_jobs:
-            raise TooBusyError(f"{waiting} jobs wait or run already; try again later")
+        client = asker.get()
+        waiting = Counter(job.client for job in self._jobs.values() if job.state not in ENDED)
+        if waiting[client] >= self._max_jobs or waiting.total() >= OF_ALL * self._max_jobs:
+            raise TooBusyError(f"{waiting.total()} jobs wait or run already; try again later")
         pictures = len(film.views) if film else 1
-        job = RenderJob(secrets.token_hex(8), render, pictures * frames, media_type, film, pictures)
+        job = RenderJob(secrets.token_hex(8), render, pictures * frames, media_type, film, pictures, client)
         self._jobs[job.id] = job
         self._added.set()
         return job
@@ -181,18 +188,27 @@ class Jobs:
     async def _work(self) -> None:
         """One job after the other."""
         while True:
-            free = (it for it in self._jobs.values() if it.state is JobState.QUEUED and it.id not in self._running)
-            job = next(free, None)
+            job = self._next()
             if job is None:
                 self._added.clear()
                 await self._added.wait()
                 continue
+            self._begun += 1
+            job.begun = self._begun
             task = self._running[job.id] = asyncio.create_task(self._render(job), name=f"job {job.id}")
             try:
                 await asyncio.wait([task])
             finally:
                 task.cancel()
                 del self._running[job.id]
+
+    def _next(self) -> RenderJob | None:
+        """The oldest job of the client that has had a turn the longest ago; None where none waits."""
+        last = Counter[str]()
+        for job in self._jobs.values():
+            last[job.client] = max(last[job.client], job.begun)
+        free = (it for it in self._jobs.values() if it.state is JobState.QUEUED and it.id not in self._running)
+        return min(free, key=lambda job: last[job.client], default=None)
 
     async def _render(self, job: RenderJob) -> None:
         if job.state is not JobState.QUEUED:

@@ -3,8 +3,12 @@
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from server.refusals import TooBusyError
+
+# The client that a task works for, as clients are counted (server.addresses); nobody, where it is the service itself.
+asker: ContextVar[str] = ContextVar("lumenwalk_asker", default="")
 
 
 class Places:
@@ -15,6 +19,11 @@ class Places:
         self._most = most
         self._most_of_one = most_of_one
         self._taken: Counter[str] = Counter()
+
+    @property
+    def total(self) -> int:
+        """How many are taken."""
+        return self._taken.total()
 
     @contextmanager
     def taken(self, client: str) -> Iterator[None]:

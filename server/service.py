@@ -26,6 +26,7 @@ from server.wire.worker import Render, SceneRef, Start
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
+WAITING_OF_ALL = 2  # times as many stills of all clients as of one may wait
 MAX_EXPORTS = 2  # at once, of up to a quarter of a gigabyte each
 # Edits of a client a second, and at once: a slider that is dragged is told thirty times a second.
 EDIT_RATE, EDIT_BURST = 40.0, 80.0
@@ -55,7 +56,7 @@ class Service:
     greeting: list[asyncio.Timeout] = field(default_factory=list)  # who has not said hello yet, the oldest first
     last_viewer: int = 0
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
-    stills_waiting: int = 0
+    stills: Places = field(init=False)
     streams: Places = field(default_factory=lambda: Places("event streams", MAX_STREAMS, MAX_STREAMS_OF_ONE))
     exporting: Places = field(default_factory=lambda: Places("exports", MAX_EXPORTS, 1))
     uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
@@ -72,6 +73,8 @@ class Service:
         self.replicas: Assigner | None = Replicas(limits.replicas, token) if limits.replicas else None
         self.edited = EditedScenes(limits.max_own_edits)
         self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
+        waiting = limits.max_waiting_renders
+        self.stills = Places("renders that wait", WAITING_OF_ALL * waiting, waiting)
         self.jobs = Jobs(
             self.engines,
             self.residency,

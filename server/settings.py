@@ -143,7 +143,10 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     max_caustic_photons: int = Field(default=1_048_576, ge=1, le=4_194_304, description="light paths of caustics")
     max_message_bytes: int = Field(default=65_536, ge=4096, le=2**24, description="one message or request body [bytes]")
     max_waiting_renders: int = Field(
-        default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
+        default=8,
+        ge=1,
+        le=1000,
+        description="stills of one client that may wait, twice as many of all; more are told to retry",
     )
     max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
     max_render_seconds: float = Field(
@@ -177,7 +180,9 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     check_memory_bytes: int = Field(
         default=8 * 2**30, ge=512 * 2**20, description="that reading a scene file may take [bytes]"
     )
-    max_jobs: int = Field(default=16, ge=1, le=1000, description="render jobs that wait or run")
+    max_jobs: int = Field(
+        default=16, ge=1, le=1000, description="render jobs of one client that wait or run, twice as many of all"
+    )
     job_result_seconds: float = Field(default=3600.0, ge=0.0, description="that the result of a job is kept [s]")
     job_results_bytes: int = Field(default=512 * 2**20, ge=0, description="of all results of jobs together [bytes]")
     jpeg_quality: int = Field(default=80, ge=1, le=100, description="of streamed frames while the camera moves")

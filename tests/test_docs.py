@@ -5,9 +5,10 @@ import pytest
 
 from gpu.methods.registry import METHODS
 from gpu.renderer import MAX_SIDE
+from gpu.scene import edits
 from gpu.settings import Method, RenderSettings, Skips
-from server import service
-from server.http import connection, http_protocol, middleware
+from server import jobs, service
+from server.http import connection, http_protocol, metered, middleware
 from server.rest import render, requests
 from server.scenes import archives, checker, uploads
 from server.settings import ServerSettings
@@ -104,21 +105,26 @@ def test_parts_of_the_benchmark_named_exist() -> None:
         f"acknowledges no frame for {viewer.STALLED_SECONDS:.0f} s is closed",
         f"arrives within {middleware.BODY_SECONDS:.0f} s; an upload may not pause for longer",
         f"nor bring less than {uploads.MIN_RATE:,} bytes a second",
-        f"head comes within {connection.REQUEST_SECONDS:.0f} s and has up to {http_protocol.MAX_HEAD_BYTES:,} bytes",
+        f"head comes within {connection.REQUEST_SECONDS:.0f} s and has up to {http_protocol.MAX_HEAD_BYTES:,} bytes, "
+        f"{http_protocol.MAX_PATH_BYTES:,} of them for its path, and up to {http_protocol.MAX_PARTS} headers",
+        f"keep the web process for {service.EFFORT_RATE / 1e3:g} s of a second (a turn of "
+        f"{1e3 * metered.FREE_SECONDS:g} ms is free), and {service.EFFORT_BURST / 1e3:g} s at once",
         f"less than {connection.UNREAD_BYTES:,} bytes are read in {connection.UNREAD_SECONDS:.0f} s",
         f"{service.MAX_STREAMS} event streams, {service.MAX_STREAMS_OF_ONE} for one client",
         f"averages at most {render.MAX_FRAMES} frames",
         f"path tracing counts one for each {requests.SAMPLES_A_FRAME} samples",
         f"Two scene files are read at a time, and {checker.MAX_WAITING} may be read or wait",
+        f"`date` (of {edits.FIRST_YEAR} to {edits.LAST_YEAR})",
         f"{uploads.MAX_AT_ONCE} uploads may arrive at a time",
         f"2 to {camera_path.MAX_KEYFRAMES} keyframes, up to {camera_path.MAX_SECONDS:.0f} s and "
         f"{camera_path.MAX_PICTURES:,} pictures",
     ],
 )
 def test_limits_are_those_of_the_code(sentence: str) -> None:
-    pages = [" ".join((ROOT / "docs" / name).read_text().split()) for name in ("limits.md", "formats.md")]
+    pages = [" ".join((ROOT / "docs" / name).read_text().split()) for name in ("limits.md", "formats.md", "service.md")]
     assert any(sentence in page for page in pages)
-    assert checker.AT_ONCE == 2
+    assert checker.AT_ONCE == service.WAITING_OF_ALL == jobs.OF_ALL == 2
+    assert checker.MAX_WAITING == 2 * checker.MAX_WAITING_OF_ONE
     assert middleware.BODY_SECONDS == uploads.STALL_SECONDS
 
 

@@ -8,6 +8,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.addresses import client_network
 from server.http.connection import connection_of
+from server.places import asker
 from server.service import Service
 
 Value = TypeVar("Value")
@@ -47,7 +48,9 @@ class Metered(Generic[Value]):
 
 
 class Meter:
-    """ASGI middleware that counts what answering takes, but for tasks of the application."""
+    """ASGI middleware that notes for whom tasks work from here on, and counts what answering takes, but for that of
+    the application's own tasks.
+    """
 
     def __init__(self, app: ASGIApp, service: Service) -> None:
         self._app = app
@@ -58,8 +61,14 @@ class Meter:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         else:
+            asker.set(client_of(scope))
             work: Any = self._app(scope, receive, send)
             await Metered(work, charger(scope, self._service))
+
+
+def client_of(scope: Scope) -> str:
+    """Who has sent a request or a handshake, as clients are counted."""
+    return client_network((scope["client"] or ("",))[0])
 
 
 def charger(scope: Scope, service: Service) -> Callable[[float], None]:
@@ -68,7 +77,7 @@ def charger(scope: Scope, service: Service) -> Callable[[float], None]:
     Before a token was shown they are charged to all who have shown none, then to the client; of a WebSocket less is
     read, too.
     """
-    connection, client = connection_of(scope), client_network((scope["client"] or ("",))[0])
+    connection, client = connection_of(scope), client_of(scope)
 
     def charge(seconds: float) -> None:
         trusted = connection is None or connection.trusted

@@ -3,18 +3,21 @@
 import asyncio
 import itertools
 from collections.abc import Sequence
+from contextlib import ExitStack
+from math import ceil
 
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.addresses import client_network
 from server.errors import error_response
 from server.http.forwarded import route_path
 from server.http.metered import charger
 from server.http.presence import serve_while_present
 from server.http.security import OPEN
 from server.logs import bind
-from server.service import Service
+from server.places import Places, asker
+from server.refusals import TooBusyError
+from server.service import WAITING_OF_ALL, Service
 
 BODY_SECONDS = 30.0  # for a body to arrive
 SPARE_REQUESTS = 64  # that may be answered at once, beside the stills that wait
@@ -78,16 +81,16 @@ class BodyLimit:
 
 
 class RequestLimit:
-    """Answers 503 to more requests at once than the service takes, and to all while it stops, and 429 to a client whose
-    requests took too much of the web process; numbers them.
+    """Answers 503 to more requests at once than the service takes, half of them of one client, and to all while it
+    stops, and 429 to a client whose requests took too much of the web process; numbers them.
     """
 
     def __init__(self, app: ASGIApp, service: Service) -> None:
         self._app = app
         self._service = service
-        self._most = service.settings.max_waiting_renders + SPARE_REQUESTS
+        most = WAITING_OF_ALL * service.settings.max_waiting_renders + SPARE_REQUESTS
+        self._places = Places("requests that are being answered", most, ceil(most / 2))
         self._numbers = itertools.count(1)
-        self._running = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on a request that there is room for."""
@@ -97,34 +100,27 @@ class RequestLimit:
         bind(request=next(self._numbers))
         if self._service.stopping.is_set():
             await error_response(503, "stopping", "the service is stopping")(scope, receive, send)
-        elif self._service.efforts.empty(client_network((scope["client"] or ("",))[0])):
+        elif self._service.efforts.empty(asker.get()):
             self._service.metrics.refused("effort")
             text = "what you asked for took too much of this server's time; try again later"
             await error_response(429, "too-busy", text)(scope, receive, send)
-        elif self._running >= self._most:
-            self._service.metrics.refused("requests")
-            text = f"{self._running} requests are being answered already; try again later"
-            await error_response(503, "too-busy", text)(scope, receive, send)
         else:
-            await self._serve(scope, receive, send)
+            with ExitStack() as place:
+                try:
+                    place.enter_context(self._places.taken(asker.get()))
+                except TooBusyError as error:
+                    self._service.metrics.refused("requests")
+                    await error_response(503, "too-busy", str(error))(scope, receive, send)
+                    return
+                await self._serve(scope, receive, send, place)
 
-    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _serve(self, scope: Scope, receive: Receive, send: Send, place: ExitStack) -> None:
         """What is being answered counts until the answer begins: how long that takes to read is the client's affair."""
-        counts = True
-        self._running += 1
-
-        def discount() -> None:
-            nonlocal counts
-            self._running -= counts
-            counts = False
 
         async def counted(message: Message) -> None:
             if message["type"] == "http.response.start":
-                discount()
+                place.close()
             await send(message)
 
-        try:
-            charge = charger(scope, self._service)
-            await serve_while_present(self._app, scope, receive, counted, self._service.stopping, charge)
-        finally:
-            discount()
+        charge = charger(scope, self._service)
+        await serve_while_present(self._app, scope, receive, counted, self._service.stopping, charge)

@@ -11,16 +11,17 @@ from signal import SIGKILL, SIGTERM
 
 from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.import_options import DEFAULT_OPTIONS
 from gpu.settings import RenderSettings
 from server.render.cost import Cost, Kind, frame_cost
-from server.wire.worker import HEARTBEAT, Job, OpenScene, Render, SceneRef
+from server.wire.worker import HEARTBEAT, Export, Job, OpenScene, Pick, Render, SceneRef
 
 STRIKES = 2
 LONG_SECONDS = 5.0  # of a job, in which a worker killed from outside was rather killed for its memory
 # Of the pixels and rays of a picture, from which on another is like it; and so many have to end workers until all that
 # are like them are out: one may have had a fault of its own, and others look at the scene.
 LIKE, LIKE_STRIKES = 0.5, 2
-SCENE_STRIKES = 3  # renders of a scene that ended workers, after which it is not rendered at all
+SCENE_STRIKES = 3  # of a file, however it is read, that ended workers, after which it is not shown at all
 MOST = 1000  # that are remembered
 
 
@@ -30,11 +31,17 @@ class QuarantinedError(UserError):
 
 @dataclass(frozen=True)
 class _Offence:
-    """A scene that is read, or a kind of pictures of it."""
+    """A scene that is read, a kind of pictures of it, or another kind of work with it."""
 
     scene: SceneRef
     size: tuple[int, int] = (0, 0)
     settings: RenderSettings | None = None
+    kind: str = ""
+
+    @property
+    def file(self) -> SceneRef:
+        """However it is read."""
+        return replace(self.scene, options=DEFAULT_OPTIONS)
 
     def is_like(self, kind: Kind, cost: Cost, *, cuda: bool) -> bool:
         """Whether pictures of this kind and cost are like this one, or cost more."""
@@ -50,6 +57,8 @@ def _offence(job: Job) -> _Offence | None:
             return _Offence(scene)
         case Render(viewer, scene, _, size, settings) if viewer != HEARTBEAT:  # which is nobody's wish
             return _Offence(scene, size, settings.model_copy(update={"frames": None, "exposure": None}))
+        case Pick(scene=scene) | Export(scene=scene):
+            return _Offence(scene, kind=job.kind)
         case _:
             return None
 
@@ -94,28 +103,28 @@ class Quarantine:
         offence = _offence(job) if self._strikes else None
         if offence is None:
             return
-        if self._is_out(replace(offence, size=(0, 0), settings=None)):
+        if self._is_out(_Offence(offence.scene)):
             raise QuarantinedError(
                 f"{offence.scene.id}: ended the renderer when it was read, so that it is not read again until the "
                 "file changes or the service is started anew"
             )
         if self._is_out(offence):
             raise QuarantinedError(
-                f"{offence.scene.id}: ended the renderer at this size with these settings, so that nobody has it tried "
+                f"{offence.scene.id}: ended the renderer with what is asked for, so that nobody has it tried "
                 "again; change it"
             )
-        renders = [other for other in self._strikes if other.scene == offence.scene and self._is_out(other)]
+        alike = [other for other in self._strikes if other.file == offence.file and self._is_out(other)]
         if offence.settings is not None:
             kind = Kind.of(offence.scene, offence.settings)
             cost = frame_cost(offence.size, offence.settings, cuda=cuda)
-            if sum(other.is_like(kind, cost, cuda=cuda) for other in renders) >= LIKE_STRIKES:
+            if sum(other.is_like(kind, cost, cuda=cuda) for other in alike) >= LIKE_STRIKES:
                 raise QuarantinedError(
                     f"{offence.scene.id}: pictures by this method that take as much, or less, ended the renderer, "
                     "so that nobody has it tried; ask for a smaller one, or fewer samples or VPLs"
                 )
-        if len(renders) >= SCENE_STRIKES and offence.scene.source not in BUILTIN:
+        if len(alike) >= SCENE_STRIKES and offence.scene.source not in BUILTIN:
             raise QuarantinedError(
-                f"{offence.scene.id}: ended the renderer {len(renders)} times, so that it is not shown again until "
+                f"{offence.scene.id}: ended the renderer {len(alike)} times, so that it is not shown again until "
                 "the file changes or the service is started anew"
             )
 

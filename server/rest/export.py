@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field, Json
 
 from gpu.scene.edits import SceneEdits
-from server.addresses import client_network
 from server.errors import refusals
+from server.places import asker
 from server.refusals import ForbiddenError
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
@@ -48,7 +48,7 @@ async def export(
     """
     if not service.settings.exports:
         raise ForbiddenError("this server gives no scenes out; its option --exports allows that")
-    with service.exporting.taken(client_network(request.client.host if request.client else "")):
+    with service.exporting.taken(asker.get()):
         ref = await service.catalogue.look_up(scene_id, query.options)
         if not service.engines.ready:
             raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")

@@ -27,7 +27,7 @@ class State(Collector):
         service = self._service
         windows = service.metrics.windows
         yield GaugeMetricFamily("lumenwalk_viewers", "Viewers here.", len(service.viewers))
-        yield GaugeMetricFamily("lumenwalk_stills_waiting", "Stills that wait for a turn.", service.stills_waiting)
+        yield GaugeMetricFamily("lumenwalk_stills_waiting", "Stills that wait for a turn.", service.stills.total)
         yield GaugeMetricFamily(
             "lumenwalk_window_frames", "Frames that all viewers together may have under way.", sum(windows.values())
         )

@@ -3,14 +3,14 @@
 import asyncio
 from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from pydantic import Field
 
 from gpu.errors import UserError
 from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import ImportOptions
-from server.addresses import client_network
 from server.errors import WITH_BODY, refusals
+from server.places import asker
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.service import TheService
@@ -48,13 +48,13 @@ class PickRequest(Message):
 
 
 @router.post("/pick", operation_id="pick")
-async def pick(wanted: PickRequest, request: Request, service: TheService) -> PickedPart:
+async def pick(wanted: PickRequest, service: TheService) -> PickedPart:
     """What a camera sees at a pixel of its picture: object, material, light, and where; as the scene is edited.
 
     The scene is loaded for that.
     """
     place = wanted.place
-    service.check_picks(client_network(request.client.host if request.client else ""))
+    service.check_picks(asker.get())
     ref = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     if not service.engines.ready:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")

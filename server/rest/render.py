@@ -8,7 +8,7 @@ from fastapi import APIRouter, Header, Response
 
 from gpu.errors import UserError
 from server.errors import WITH_BODY, refusals
-from server.refusals import TooBusyError
+from server.places import asker
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
 from server.render.worker_link import WorkerLostError
@@ -67,14 +67,11 @@ async def render(
 async def _still(service: Service, job: Render, frames: int) -> tuple[Done, bytes]:
     if not service.engines.ready:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
-    if service.stills_waiting >= service.settings.max_waiting_renders:
-        raise TooBusyError(f"{service.stills_waiting} renders are waiting already; try again later")
-    service.stills_waiting += 1
     try:
-        await service.residency.open(job.scene, job.viewer)
-        wait = service.settings.max_wait_seconds
-        return await render_frames(service.engines, job, frames, Urgency.STILL, turn_seconds=wait)
+        with service.stills.taken(asker.get()):
+            await service.residency.open(job.scene, job.viewer)
+            wait = service.settings.max_wait_seconds
+            return await render_frames(service.engines, job, frames, Urgency.STILL, turn_seconds=wait)
     finally:
-        service.stills_waiting -= 1
         if job.viewer != STILLS:
             service.dismiss(job.viewer)

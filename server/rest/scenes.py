@@ -12,8 +12,8 @@ from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
-from server.addresses import client_network
 from server.errors import EXPECTED, WITH_BODY, error_body, refusals
+from server.places import asker
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
 from server.rest.scene_paths import ABOVE, SCENE
@@ -149,10 +149,9 @@ async def upload(
     """
     length = request.headers.get("content-length", "")
     known_length = int(length) if length.isdecimal() else None
-    client = client_network(request.client.host if request.client else "")
-    with service.uploading.taken(client):  # one client must not take all places
+    with service.uploading.taken(asker.get()):  # one client must not take all places
         added = await _uploads(service).add(
-            query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS, client
+            query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS
         )
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
@@ -211,7 +210,7 @@ async def edit(
     The answer is all that differs from the file then. A patch with a mistake changes nothing. The parameters say how
     the file is read, as for GET.
     """
-    service.check_edits(client_network(request.client.host if request.client else ""))
+    service.check_edits(asker.get())
     ref = await service.catalogue.look_up(scene_id, reading.options)
     _check_ready(service)
     return service.edited.change(ref, await service.residency.open(ref), patch)

@@ -8,9 +8,8 @@ from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from server.addresses import client_network
 from server.errors import ErrorBody
-from server.places import Places
+from server.places import Places, asker
 from server.service import Service
 
 MEDIA_TYPE = "text/event-stream"
@@ -38,7 +37,7 @@ class EventStream(StreamingResponse):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the events."""
-        with self._places.taken(client_network((scope["client"] or ("",))[0])):
+        with self._places.taken(asker.get()):
             await super().__call__(scope, receive, send)
 
 

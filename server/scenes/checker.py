@@ -9,6 +9,7 @@ import os
 import signal
 from collections import Counter
 from collections.abc import Sequence
+from weakref import WeakValueDictionary
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
@@ -16,6 +17,7 @@ from gpu.child_process import clean_environment, module_command
 from gpu.errors import SceneError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
+from server.places import Places, asker
 from server.refusals import TooBusyError
 from server.scenes import walls
 from server.scenes.archives import UnpackedError
@@ -24,7 +26,7 @@ from server.wire.browser import SceneInfo
 
 CHECK = module_command("server.scenes.check_scene")
 AT_ONCE = 2
-MAX_WAITING = 16
+MAX_WAITING, MAX_WAITING_OF_ONE = 32, 16
 log = logging.getLogger("lumenwalk.checker")
 
 
@@ -117,7 +119,7 @@ ONE_THREAD = {
 
 
 class Checker:
-    """Runs a few children at a time."""
+    """Runs a few children at a time, one for each client, so that those of others have turns."""
 
     def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
         self._limits = settings.scene_limits
@@ -127,7 +129,8 @@ class Checker:
         self._turns = asyncio.Semaphore(AT_ONCE)
         for wall in walls.missing():
             log.debug("this kernel has no %s: readers of scenes do without", wall)
-        self._waiting = 0
+        self._places = Places("scenes that are read or wait for it", MAX_WAITING, MAX_WAITING_OF_ONE)
+        self._of_client = WeakValueDictionary[str, asyncio.Lock]()
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
     async def check(
@@ -144,8 +147,6 @@ class Checker:
         Raises SceneError when the scene is not sound or takes more memory or time than allowed (UnpackedError for an
         archive that is too large), TooBusyError when too many scenes wait to be checked.
         """
-        if self._waiting >= MAX_WAITING:
-            raise TooBusyError(f"{self._waiting} scenes wait to be checked already; try again later")
         request = CheckRequest(
             source=source,
             folder=folder,
@@ -155,10 +156,12 @@ class Checker:
             memory_bytes=self._memory_bytes,
             seconds=self._seconds,
         )
-        self._waiting += 1
+        client = asker.get()
+        one = self._of_client.setdefault(client, asyncio.Lock())
         try:
-            async with self._turns:
-                answer = await self._run(request, name)
+            with self._places.taken(client):
+                async with one, self._turns:
+                    answer = await self._run(request, name)
             if isinstance(answer, Refused) and answer.unpacked_bytes is not None:
                 raise UnpackedError(name, answer.unpacked_bytes, max_unpacked_bytes)
             if isinstance(answer, Refused):
@@ -166,8 +169,6 @@ class Checker:
         except SceneError:
             self.outcomes["refused"] += 1
             raise
-        finally:
-            self._waiting -= 1
         self.outcomes["sound"] += 1
         return answer
 

@@ -4,8 +4,10 @@ import asyncio
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 from gpu.scene.builtin import BUILTIN
+from server.places import asker
 from server.refusals import NoRoomError
 from server.render.engine import Engine
 from server.render.engine_pool import EnginePool
@@ -56,6 +58,7 @@ class Residency:
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
         self._opened: dict[SceneRef, SceneInfo] = {}
         self._loading = {engine: asyncio.Lock() for engine in engines.engines}
+        self._of_client = WeakValueDictionary[tuple[Engine, str], asyncio.Lock]()
         self._opening: Counter[str] = Counter()  # ids of scenes that are on their way to the device
         self._checking: dict[SceneRef, asyncio.Lock] = {}  # scenes that are being read now
 
@@ -119,7 +122,11 @@ class Residency:
         return self._opening[scene_id] > 0
 
     async def _open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
-        async with self._loading[engine]:
+        """What is there already waits for nothing; of what one client wants one scene waits for its turn at a time."""
+        if scene in self._opened and scene in engine.scenes:
+            return self._opened[scene]
+        one = self._of_client.setdefault((engine, asker.get()), asyncio.Lock())
+        async with one, self._loading[engine]:
             self._opened = {known: info for known, info in self._opened.items() if known in self.loaded}
             if scene not in self._opened or scene not in engine.scenes:
                 self._check_room(scene, engine)

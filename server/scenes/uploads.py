@@ -16,7 +16,6 @@ from pathlib import Path, PurePosixPath
 from stat import S_ISREG
 from time import monotonic, time_ns
 from unicodedata import normalize
-from weakref import WeakValueDictionary
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -73,7 +72,6 @@ class Uploads:
         self._max_count = settings.max_uploads
         self._max_total_bytes = settings.max_uploads_bytes
         self._taking = 0
-        self._reading = WeakValueDictionary[str, asyncio.Lock]()  # by client
         self.kept = 0  # since the service began
         self._keeping = asyncio.Lock()
         self._claims: dict[Path, int] = {}  # what unfinished uploads take, by their folders [bytes]
@@ -130,11 +128,8 @@ class Uploads:
         body: AsyncIterator[bytes],
         in_use: Callable[[str], bool],
         options: ImportOptions = DEFAULT_OPTIONS,
-        client: str = "",
     ) -> Upload:
         """Take in the file that a client calls `name`, of `length` bytes if that is known, and check it as it is read.
-
-        Of one client's files one is read at a time, so that those of others, and of the folder, have turns.
 
         Older uploads that are not `in_use` (asked by id) make room. Raises SceneError (name or content are wrong),
         TooLargeError, TooSlowError, NoRoomError or TooBusyError; nothing is kept then.
@@ -152,11 +147,10 @@ class Uploads:
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
             self._claims[work] = 0
             await self._receive(file, body, lambda more: self._claim(work, more, in_use))
-            async with self._reading.setdefault(client, asyncio.Lock()):
-                if suffix == ARCHIVE:
-                    checked = await self._check_archive(file, f"{stem}{suffix}", options, in_use)
-                else:
-                    checked = await self._check(file, f"{stem}{suffix}", options)
+            if suffix == ARCHIVE:
+                checked = await self._check_archive(file, f"{stem}{suffix}", options, in_use)
+            else:
+                checked = await self._check(file, f"{stem}{suffix}", options)
             return await self._keep(stem, work, checked, in_use)
         except OSError as error:
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None

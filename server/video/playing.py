@@ -10,9 +10,10 @@ from server.video.film_settings import Play
 def played(edits: SceneEdits, lengths: Mapping[str, float], play: Play, time: float) -> SceneEdits:
     """`edits` of a scene as they are `time` seconds after a film's beginning, which shows the moment that they say.
 
-    lengths: how long each animation of the scene lasts [s], by id; one without any stays as it is.
+    lengths: how long each animation of the scene lasts [s], by id; one without any, or without that of the edits,
+    stays as it is.
     """
-    if not lengths or play is Play.NONE:
+    if not lengths or play is Play.NONE or (edits.animation is not None and edits.animation not in lengths):
         return edits
     seconds = lengths[edits.animation] if edits.animation is not None else next(iter(lengths.values()))
     now = (edits.time or 0.0) + time

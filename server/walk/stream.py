@@ -9,10 +9,10 @@ from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 from starlette.routing import WebSocketRoute
 
 from gpu.errors import UserError
-from server.addresses import client_network
 from server.errors import error_response, refusals
 from server.http.metered import charger
 from server.logs import bind
+from server.places import asker
 from server.service import Service
 from server.walk.viewer import RESTART, Viewer
 from server.walk.viewer_socket import ViewerSocket
@@ -46,7 +46,7 @@ async def stream(socket: WebSocket) -> None:
     if service.full:
         await _refuse_as_full(socket, service)
         return
-    if service.efforts.empty(client_network(socket.client.host if socket.client else "")):
+    if service.efforts.empty(asker.get()):
         text = "what you asked for took too much of this server's time; try again later"
         await _refuse(socket, service, "effort", TRY_AGAIN, text)
         return

@@ -49,7 +49,8 @@ from server.wire.browser import (
 from server.wire.worker import Done, Job, SceneRef
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
-EDITS_SECONDS = 0.05  # and between two on what differs from the scene's file
+# And between two on what differs from the scene's file, which may be long: so many characters a second [1/s].
+EDITS_SECONDS, EDITS_RATE = 0.05, 1e6
 STALLED_SECONDS = 10.0
 WATCH_SECONDS = 1.0
 STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
@@ -369,14 +370,17 @@ class Viewer:
         while True:
             await self._edits_changed.wait()
             self._edits_changed.clear()
+            size = 0
             if self._shown is not None:
                 scene, edited, viewer = self._shown[0], self._service.edited, self._session.viewer
                 edits, own = edited.of(scene, viewer), edited.is_own(scene, viewer)
                 suns = {
                     one: it.shines for one, it in edits.lights.items() if it.sun is not None and it.shines is not None
                 }
-                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns))
-            await asyncio.sleep(EDITS_SECONDS)
+                size = await self._socket.send(
+                    Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns)
+                )
+            await asyncio.sleep(max(EDITS_SECONDS, size / EDITS_RATE))
 
     @property
     def _state(self) -> "_State":

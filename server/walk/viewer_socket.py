@@ -29,10 +29,12 @@ class ViewerSocket:
             raise UserError("viewers send text messages only")
         return str(text)
 
-    async def send(self, message: Message) -> None:
-        """Send a message as JSON."""
+    async def send(self, message: Message) -> int:
+        """Send a message as JSON; the number of its characters."""
         self._check_open()
-        await self._socket.send_text(message.model_dump_json())
+        text = message.model_dump_json()
+        await self._socket.send_text(text)
+        return len(text)
 
     async def send_frame(self, frame: bytes) -> None:
         """Send a header and its image."""

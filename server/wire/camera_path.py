@@ -11,8 +11,9 @@ gpu.scene.camera_path.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, overload
 
 from pydantic import Field, FiniteFloat, field_validator
 from pydantic_core import PydanticCustomError
@@ -20,7 +21,7 @@ from pydantic_core import PydanticCustomError
 from gpu.errors import UserError
 from server.wire.browser import Message
 from server.wire.cameras import CameraChoice, view_of
-from server.wire.worker import AlongPath
+from server.wire.worker import AlongPath, View
 
 MAX_KEYFRAMES, MAX_SECONDS = 200, 3600.0
 MAX_PICTURES = 36_000  # of a film
@@ -61,5 +62,27 @@ class CameraPathSpec(Message):
                 f"keyframes: {self.seconds:g} s are {count} pictures at {fps} a second, more than the {MAX_PICTURES} "
                 "of a film; make it shorter, or take fewer a second"
             )
-        keyframes = tuple((it.time, view_of(it.camera)) for it in self.keyframes)
-        return [AlongPath(keyframes, keyframes[0][0] + index / fps) for index in range(count)]
+        return _Views(tuple((it.time, view_of(it.camera)) for it in self.keyframes), range(count), fps)
+
+
+@dataclass(frozen=True)
+class _Views(Sequence[AlongPath]):
+    """Views of pictures by their numbers, each made when it is asked for: all of a film would take long."""
+
+    keyframes: tuple[tuple[float, View], ...]
+    numbers: range
+    fps: int
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @overload
+    def __getitem__(self, index: int) -> AlongPath: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> "_Views": ...
+
+    def __getitem__(self, index: int | slice) -> "AlongPath | _Views":
+        if isinstance(index, slice):
+            return replace(self, numbers=self.numbers[index])
+        return AlongPath(self.keyframes, self.keyframes[0][0] + self.numbers[index] / self.fps)

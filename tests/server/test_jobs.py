@@ -12,6 +12,7 @@ from engines import FakeEngine, order
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from server.jobs import Jobs, JobState, RenderJob
+from server.places import asker
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine_pool import EnginePool
 from server.render.films import Film
@@ -99,6 +100,41 @@ def test_jobs_are_done_one_after_the_other() -> None:
         assert [client for client, _, _ in engine.orders if client] == [1, 1, 2, 2]
 
     work(engine, test)
+
+
+def add(jobs: Jobs, client: str, viewer: int) -> RenderJob:
+    """A job that a client asks for."""
+    asker.set(client)
+    return jobs.add(order(viewer), 1, "image/png")
+
+
+def test_clients_have_turns_however_many_jobs_one_has() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        engine.gate = asyncio.Event()
+        asked = [add(jobs, client, viewer) for viewer, client in enumerate("aaabab", 1)]
+        engine.gate.set()
+        for job in asked:
+            await ended(jobs, job)
+        assert [client for client, _, _ in engine.orders if client] == [1, 4, 2, 6, 3, 5]
+
+    work(engine, test, max_jobs=6)
+
+
+def test_one_client_has_so_many_jobs_and_all_have_twice_as_many() -> None:
+    async def test(jobs: Jobs) -> None:
+        for client in "ab":
+            for viewer in (1, 2):
+                add(jobs, client, viewer)
+            with pytest.raises(TooBusyError):
+                add(jobs, client, 3)
+        with pytest.raises(TooBusyError):
+            add(jobs, "c", 4)
+
+    engine = FakeEngine()
+    engine.gate = asyncio.Event()
+    work(engine, test, max_jobs=2)
 
 
 def test_what_rendering_took_goes_with_the_end_of_a_job() -> None:

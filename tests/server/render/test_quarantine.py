@@ -4,9 +4,10 @@ from typing import Any
 
 import pytest
 
+from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
 from server.render.quarantine import LIKE_STRIKES, LONG_SECONDS, MOST, SCENE_STRIKES, Quarantine, QuarantinedError
-from server.wire.worker import HEARTBEAT, CloseScene, Job, OpenScene, Render, SceneCamera, SceneRef
+from server.wire.worker import HEARTBEAT, CloseScene, Export, Job, OpenScene, Pick, Render, SceneCamera, SceneRef
 
 HALL = SceneRef("hall.glb", "/scenes/hall.glb", 1)
 CRASH, KILLED = -SIGSEGV, -SIGKILL
@@ -99,6 +100,25 @@ def test_a_scene_of_many_pictures_that_end_workers_is_out_unless_it_is_built_in(
         quarantine.blame(picture(built_in, seed=seed), 0.1, CRASH, hung=False)
     assert is_out(quarantine, picture(size=(1, 1)))
     assert not is_out(quarantine, picture(built_in, size=(1, 1)))
+
+
+def test_a_file_that_ends_workers_is_out_however_it_is_read() -> None:
+    quarantine = Quarantine()
+    for number in range(SCENE_STRIKES):
+        moved = replace(HALL, options=ImportOptions(origin=(float(number), 0.0, 0.0)))
+        assert not is_out(quarantine, picture(moved))
+        quarantine.blame((OpenScene(moved), picture(moved))[number % 2], 0.1, CRASH, hung=False)
+    assert is_out(quarantine, picture(replace(HALL, options=ImportOptions(origin=(9.0, 0.0, 0.0)))))
+    assert is_out(quarantine, OpenScene(HALL))
+    assert not is_out(quarantine, OpenScene(replace(HALL, stamp=2)))
+
+
+@pytest.mark.parametrize("job", [Pick(HALL, SceneCamera(0), (8, 8), (0.5, 0.5)), Export(HALL)])
+def test_other_work_that_ended_a_worker_is_out_and_pictures_are_not(job: Job) -> None:
+    quarantine = Quarantine()
+    quarantine.blame(job, 0.1, CRASH, hung=False)
+    assert is_out(quarantine, job)
+    assert not is_out(quarantine, picture())
 
 
 def test_what_is_done_is_acquitted() -> None:

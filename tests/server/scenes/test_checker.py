@@ -6,8 +6,9 @@ import pytest
 from glb_file import TRIANGLE_GLB
 
 from gpu.errors import SceneError
+from server.places import asker
 from server.refusals import TooBusyError
-from server.scenes.checker import AT_ONCE, MAX_WAITING, Checker
+from server.scenes.checker import AT_ONCE, MAX_WAITING, MAX_WAITING_OF_ONE, Checker
 from server.settings import ServerSettings
 
 
@@ -63,17 +64,28 @@ def test_a_child_knows_no_secrets_of_the_environment(monkeypatch: pytest.MonkeyP
     assert "status 0" in refusal(checker)
 
 
-def test_few_run_at_once_and_too_many_are_turned_away(tmp_path: Path) -> None:
+def test_few_run_at_once_one_of_a_client_and_too_many_are_turned_away(tmp_path: Path) -> None:
     script = "import os, sys, time; open(sys.argv[1] + str(os.getpid()), 'x').close(); time.sleep(60)"
     checker = Checker(ServerSettings(check_seconds=60), (*child(script), f"{tmp_path}/"))
 
-    async def crowd() -> None:
-        checks = [asyncio.create_task(checker.check("x", "x")) for _ in range(MAX_WAITING)]
-        while len(list(tmp_path.iterdir())) < AT_ONCE:
+    async def ask(client: str) -> None:
+        asker.set(client)
+        await checker.check("x", "x")
+
+    async def running(count: int) -> None:
+        while len(list(tmp_path.iterdir())) < count:
             await asyncio.sleep(0.01)
-        with pytest.raises(TooBusyError, match="16 scenes wait"):
-            await checker.check("x", "x")
-        assert len(list(tmp_path.iterdir())) == AT_ONCE
+
+    async def crowd() -> None:
+        checks = [asyncio.create_task(ask("a")) for _ in range(MAX_WAITING_OF_ONE)]
+        await running(1)
+        with pytest.raises(TooBusyError, match="too many scenes"):
+            await asyncio.create_task(ask("a"))
+        checks += [asyncio.create_task(ask("b")) for _ in range(MAX_WAITING - MAX_WAITING_OF_ONE)]
+        await running(AT_ONCE)
+        with pytest.raises(TooBusyError, match="too many scenes"):
+            await asyncio.create_task(ask("c"))
+        assert len(list(tmp_path.iterdir())) == AT_ONCE == 2
         for check in checks:
             check.cancel()
         await asyncio.wait(checks)

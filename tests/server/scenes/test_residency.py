@@ -9,6 +9,7 @@ from engines import BOX, FakeEngine
 
 from gpu.errors import SceneError
 from gpu.scene.import_options import ImportOptions
+from server.places import asker
 from server.refusals import NoRoomError
 from server.render.activity import Activity, EngineState
 from server.render.engine_pool import EnginePool
@@ -144,6 +145,30 @@ def test_who_comes_at_the_same_time_waits_for_one_reading(hall: SceneRef) -> Non
         infos = await asyncio.gather(*(scenes.open(hall) for _ in range(40)))
         assert all(info == infos[0] for info in infos)
         assert scenes._checker.outcomes.total() == 1
+
+    asyncio.run(run())
+
+
+def test_what_is_there_waits_for_no_loading_and_others_come_before_a_clients_second() -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+    slow, more, other = (SceneRef(name, "cornell-box") for name in ("slow", "more", "other"))
+
+    async def ask(client: str, scene: SceneRef) -> None:
+        asker.set(client)
+        await scenes.open(scene)
+
+    async def run() -> None:
+        await scenes.open(BOX)
+        engine.gate = asyncio.Event()
+        wanted = [("a", slow), ("a", more), ("b", other)]
+        asked = [asyncio.create_task(ask(client, scene)) for client, scene in wanted]
+        await asyncio.sleep(0)
+        async with asyncio.timeout(5):
+            await scenes.open(BOX)
+            engine.gate.set()
+            await asyncio.gather(*asked)
+        assert engine.opened == [BOX, slow, other, more]
 
     asyncio.run(run())
 

@@ -35,3 +35,8 @@ def test_the_chosen_animation_gives_the_length() -> None:
 
 def test_a_scene_without_animations_stays_as_it_is() -> None:
     assert played(NO_EDITS, {}, Play.LOOP, 1.0) is NO_EDITS
+
+
+def test_an_animation_that_there_is_not_is_left_for_the_worker_to_say() -> None:
+    edits = SceneEdits(animation="fly", time=0.5)
+    assert played(edits, LENGTHS, Play.LOOP, 1.0) is edits

@@ -196,6 +196,20 @@ def test_edits_of_a_viewers_own_are_seen_by_nobody_else_until_it_shares_them(
     assert running.http.get("/api/v1/scenes/cornell-box").json()["edits"]["lights"]["lamp"]["on"] is False
 
 
+def test_long_edits_are_told_less_often(
+    serve: Callable[..., Running], visit: Visit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer, "EDITS_RATE", 500.0)
+    walker = visit(serve())
+    walker.hello()
+    walker.word("edits")
+    began = time.monotonic()
+    for number in (1, 2):
+        walker.send("edit", id=number, patch={"lights": {"lamp": {"intensity": number}}})
+    walker.word("edits", edit=2)  # of 150 characters, as those before are
+    assert time.monotonic() - began > 0.25
+
+
 def test_a_bad_edit_changes_nothing_and_says_why(running: Running, visit: Visit) -> None:
     walker = visit(running)
     walker.hello()

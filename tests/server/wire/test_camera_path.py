@@ -51,3 +51,7 @@ def test_a_film_has_an_end() -> None:
     with pytest.raises(UserError, match=f"3600 s are 108000 pictures at 30 a second, more than the {MAX_PICTURES}"):
         spec(0, 3600).views(30)
     assert len(spec(0, 3600).views(10)) == MAX_PICTURES
+    last = spec(0, 3600).views(10)[-1:]
+    assert [view.time for view in last] == [3599.9]
+    with pytest.raises(IndexError):
+        spec(0, 3600).views(10)[MAX_PICTURES]
