@@ -67,8 +67,8 @@ export class EditHistory {
   }
 
   /**
-   * Another scene, or the same on another connection: nothing is on its way, and nothing can be undone.
-   * @param {boolean} stays  it is the same: edits of its own are so again
+   * Another scene, or the same on another connection: nothing is on its way.
+   * @param {boolean} stays  it is the same: edits of its own are so again, and what was done can still be undone
    */
   restart(stays) {
     this.#kept = stays && this.own ? this.edits : null;
@@ -79,9 +79,20 @@ export class EditHistory {
     this.#known = NONE;
     this.#sent = [];
     this.#next = null;
+    if (stays) this.end();
+    else this.#forget();
+    this.#changed();
+  }
+
+  #forget() {
     this.#done = [];
     this.#undone = [];
-    this.#changed();
+  }
+
+  /** Edits are this viewer's own, or those of all: of others' nothing can be undone. @param {boolean} own */
+  #belong(own) {
+    if (own !== this.own) this.#forget();
+    this.own = own;
   }
 
   /** The server says what differs. @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows */
@@ -89,10 +100,11 @@ export class EditHistory {
     this.#known = edits;
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
-    if (this.#sent.length === 0) this.own = own;
+    if (this.#sent.length === 0) this.#belong(own);
     const kept = this.#kept;
     this.#kept = null;
     if (kept) {
+      this.own = true;
       this.setOwn(true);
       this.set(/** @type {ScenePatch} */ (compose(removal(edits), kept)));
     }
@@ -106,9 +118,7 @@ export class EditHistory {
   setOwn(own, share = false) {
     clearTimeout(this.#timer);
     this.#flush();
-    this.own = own;
-    this.#done = [];
-    this.#undone = [];
+    this.#belong(own);
     this.#sent.push({ id: ++this.#id, patch: {} });
     this.#sendOwn(this.#id, own, share);
     this.#changed();

@@ -73,6 +73,18 @@ test("after a new start nothing is left", () => {
   assert.deepEqual([history.canUndo, shown()], [false, undefined]);
 });
 
+test("what was done can be undone on another connection", () => {
+  history.edit(lamp(2), "drag");
+  history.restart(true);
+  told({ lights: { lamp: { intensity: 2 } }, materials: {}, objects: {} }, 0);
+  history.edit(lamp(3), "drag"); // another gesture
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2);
+  history.undo();
+  assert.equal(shown(), 2);
+  history.undo();
+  assert.deepEqual([shown(), history.canUndo], [undefined, false]);
+});
+
 test("what is on its way in another scene is not taken for what was sent in the one before", () => {
   history.edit(lamp(2));
   history.restart(false);
@@ -105,10 +117,11 @@ test("edits are this viewer's own from when it asks, whatever others do, and not
 
 test("own edits of a scene outlast a connection", (context) => {
   history.setOwn(true);
-  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 1, true);
+  history.edit(lamp(3));
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2, true);
   history.restart(true);
   told({ lights: { sky: { on: false } }, materials: {}, objects: {} }, 0);
-  assert.deepEqual(owned.at(-1), [2, true, false]);
+  assert.deepEqual([owned.at(-1), history.canUndo], [[3, true, false], true]);
   context.mock.timers.tick(50);
   assert.deepEqual(sent.at(-1)?.patch.lights, { lamp: { intensity: 3 }, sky: { on: null } });
   told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3, true);
