@@ -20,6 +20,7 @@ from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
 from gpu.scene.path_light import path_light, with_path_light
+from gpu.scene.pauses import Pause, go_on
 from gpu.scene.posed import posed
 from gpu.scene.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.to_world import as_vector
@@ -195,10 +196,11 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
     return shown(shaped(scene, edits), edits)
 
 
-def shaped(scene: Scene, edits: SceneEdits) -> Scene:
+def shaped(scene: Scene, edits: SceneEdits, pause: Pause = go_on) -> Scene:
     """`scene` with what `edits` make of its geometry, and of what moves with time; the same for the same `shape_of`.
 
-    Raises UserError, which names the field, for what it has not or cannot be.
+    pause: called between steps that take long. Raises UserError, which names the field, for what it has not or cannot
+    be.
     """
     boxes = zip(*(corners.tolist() for corners in scene.object_boxes), strict=True) if edits.objects else ()
     objects = {one: (low, high) for one, (low, high) in zip(scene.objects, boxes, strict=False)}
@@ -206,8 +208,8 @@ def shaped(scene: Scene, edits: SceneEdits) -> Scene:
     _check_shape(edits, objects, scene.bounds, [*animations])
     if edits.time is not None and scene.motion is not None:
         chosen = animations[edits.animation] if edits.animation else scene.motion.animations[0]
-        scene = posed(scene, scene.motion, chosen, edits.time)
-    return _edited_objects(scene, edits.objects)
+        scene = posed(scene, scene.motion, chosen, edits.time, pause)
+    return _edited_objects(scene, edits.objects, pause)
 
 
 def shape_of(edits: SceneEdits) -> object:
@@ -297,11 +299,11 @@ def _check_ids(field: str, edits: Collection[str], there: Collection[str]) -> No
         raise UserError(f"{field}.{unknown}: the scene has no such {field[:-1]}; it has {known}{more}")
 
 
-def _edited_objects(scene: Scene, edits: Mapping[str, ObjectEdit]) -> Scene:
+def _edited_objects(scene: Scene, edits: Mapping[str, ObjectEdit], pause: Pause) -> Scene:
     numbers = {one: number for number, one in enumerate(scene.objects)}
     hidden = [numbers[one] for one, edit in edits.items() if edit.visible is False]
     moves = {numbers[one]: move for one, edit in edits.items() if (move := edit.move) != Move()}
-    return with_objects(scene, hidden, moves) if hidden or moves else scene
+    return with_objects(scene, hidden, moves, pause) if hidden or moves else scene
 
 
 def _edited_material(material: Material, edit: MaterialEdit) -> Material:

@@ -7,6 +7,7 @@ import numpy as np
 
 from gpu.errors import UserError, brief
 from gpu.scene.parts import MOST_ID
+from gpu.scene.pauses import Pause, go_on
 from gpu.scene.soundness import sound
 from gpu.scene.types import Doubles, Ints, Mask, Rgb, Scene
 
@@ -36,12 +37,12 @@ def numbered(names: Iterable[str], counts: Iterable[int], used: Mask) -> tuple[t
     return tuple(ids[number] for number in there), own.astype(np.int32)
 
 
-def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move]) -> Scene:
+def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move], pause: Pause = go_on) -> Scene:
     """`scene` without its `hidden` objects, by number, and with others moved; without triangles that lose their area.
 
-    Raises UserError where nothing is left.
+    pause: called between steps that take long. Raises UserError where nothing is left.
     """
-    scene = _moved(scene, moves) if moves else scene
+    scene = _moved(scene, moves, pause) if moves else scene
     shown, scaled = np.ones(len(scene.objects), bool), np.zeros(len(scene.objects), bool)
     shown[list(hidden)] = False
     scaled[[number for number, move in moves.items() if move.scale != 1.0]] = True
@@ -57,11 +58,21 @@ def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move
     return replace(scene, triangles=scene.triangles[kept], triangle_material=scene.triangle_material[kept])
 
 
-def _moved(scene: Scene, moves: Mapping[int, Move]) -> Scene:
+def _vertices_of(scene: Scene, wanted: Collection[int]) -> list[tuple[int, Ints]]:
+    """Each of the `wanted` objects and its vertices, all found at once."""
+    of = np.zeros(len(scene.objects), bool)
+    of[[*wanted]] = True
+    own = np.flatnonzero(of[scene.vertex_object]).astype(np.int32)
+    own = own[np.argsort(scene.vertex_object[own], kind="stable")]
+    numbers, starts = np.unique(scene.vertex_object[own], return_index=True)
+    return [*zip(numbers.tolist(), np.split(own, starts[1:]), strict=True)]
+
+
+def _moved(scene: Scene, moves: Mapping[int, Move], pause: Pause) -> Scene:
     vertices, normals = scene.vertices.copy(), scene.normals
-    for number, move in moves.items():
-        own = np.flatnonzero(scene.vertex_object == number)
-        positions = scene.vertices[own].astype(np.float64)
+    for number, own in _vertices_of(scene, moves):
+        pause()
+        move, positions = moves[number], scene.vertices[own].astype(np.float64)
         if any(move.rotation) or move.scale != 1.0:
             matrix, middle = rotation_matrix(move.rotation), (positions.min(axis=0) + positions.max(axis=0)) / 2.0
             positions = move.scale * (positions - middle) @ matrix.T + middle

@@ -8,6 +8,7 @@ import numpy as np
 from gpu.scene.assemble import MeshPart
 from gpu.scene.keyframes import value_at
 from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion, Property, Skin
+from gpu.scene.pauses import EVERY, Pause, go_on
 from gpu.scene.transforms import cofactors, compose, placed
 from gpu.scene.types import Doubles, Ints
 
@@ -25,10 +26,12 @@ class Pose:
     hidden: Collection[int] = ()
 
 
-def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
+def pose_at(motion: Motion, animation: Animation, time: float, pause: Pause = go_on) -> Pose:
     """The pose at `time` [s] of an animation of `motion`."""
     rest, moved, weights, hidden = motion.rest.copy(), set[int](), dict[int, Sequence[float]](), set[int]()
-    for channel in animation.channels:
+    for number, channel in enumerate(animation.channels):
+        if number % EVERY == 0:
+            pause()
         value = value_at(channel, time)
         if channel.changes is Property.WEIGHTS:
             weights[channel.part] = value.tolist()
@@ -43,6 +46,8 @@ def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
         local[node] = compose(*parts)[0]
     to_world = np.empty_like(local)
     for node, parent in enumerate(motion.parents.tolist()):
+        if node % EVERY == 0:
+            pause()
         above = np.eye(4) if parent == STILL else to_world[parent]
         to_world[node] = above @ local[node]
         if parent in hidden:
@@ -50,9 +55,9 @@ def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
     return Pose(to_world, weights, hidden)
 
 
-def at_rest(motion: Motion) -> Pose:
+def at_rest(motion: Motion, pause: Pause = go_on) -> Pose:
     """The pose without animation."""
-    return pose_at(motion, Animation("", 0.0, ()), 0.0)
+    return pose_at(motion, Animation("", 0.0, ()), 0.0, pause)
 
 
 def in_world(part: MeshPart, body: Body, pose: Pose) -> MeshPart:

@@ -12,6 +12,7 @@ from gpu.errors import UserError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.motion import NODE_PROPERTIES, STILL, Animation, Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
+from gpu.scene.pauses import Pause, go_on
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
 from gpu.scene.posed_look import with_look
 from gpu.scene.soundness import sound
@@ -23,24 +24,26 @@ _FARTHEST = 1e6  # times the size of the scene
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of what is too far away, which is said
-def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Scene:
+def posed(scene: Scene, motion: Motion, animation: Animation, time: float, pause: Pause = go_on) -> Scene:
     """`scene`, whose `motion` has that animation, at a `time` [s] of it; after its end it stays as it is there.
 
-    Raises UserError, which names the field, where it takes something too far away or leaves nothing to see.
+    pause: called between steps that take long. Raises UserError, which names the field, where it takes something too
+    far away or leaves nothing to see.
     """
-    pose = pose_at(motion, animation, time)
+    pose = pose_at(motion, animation, time, pause)
     if any(channel.changes in NODE_PROPERTIES for channel in animation.channels):
-        scene = _moved(scene, motion, pose, time)
+        scene = _moved(scene, motion, pose, time, pause)
     dark = [index for index, node in enumerate(motion.lights) if node in pose.hidden]
-    return with_look(scene, motion, animation, time, dark)
+    return with_look(scene, motion, animation, time, dark, pause)
 
 
-def _moved(scene: Scene, motion: Motion, pose: Pose, time: float) -> Scene:
+def _moved(scene: Scene, motion: Motion, pose: Pose, time: float, pause: Pause) -> Scene:
     """`scene` with what moves with nodes where that is in `pose`, and without meshes that are hidden."""
-    rest = at_rest(motion)
+    rest = at_rest(motion, pause)
     vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles
     kept = np.ones(len(triangles), bool)
     for body, faces in scene.body_triangles:
+        pause()
         own = slice(body.first_vertex, body.first_vertex + len(body.vertices))
         local = triangles[faces] - body.first_vertex
         over = _turned_over(local, body, rest, pose)

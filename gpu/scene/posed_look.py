@@ -15,6 +15,7 @@ import numpy as np
 from gpu.scene.keyframes import value_at
 from gpu.scene.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Animation, Motion, Property
 from gpu.scene.path_light import with_path_light
+from gpu.scene.pauses import EVERY, Pause, go_on
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Doubles, Light, LightKind, Material, Scene
 
@@ -38,20 +39,32 @@ _FIELDS = {
 }
 
 
-def with_look(scene: Scene, motion: Motion, animation: Animation, time: float, dark: Collection[int] = ()) -> Scene:
+def with_look(
+    scene: Scene,
+    motion: Motion,
+    animation: Animation,
+    time: float,
+    dark: Collection[int] = (),
+    pause: Pause = go_on,
+) -> Scene:
     """`scene` with its materials and lights as an animation of its `motion` has them at `time` [s].
 
     A value outside of its range is the nearest one in it. A product changes where the animation has both its factors,
-    a cone where it has both angles. dark: lights that do not shine.
+    a cone where it has both angles. dark: lights that do not shine; pause: called
+    between steps that take long.
     """
     materials, lights = defaultdict[int, dict[Property, Doubles]](dict), defaultdict[int, dict[Property, Doubles]](dict)
-    for channel in animation.channels:
+    for index, channel in enumerate(animation.channels):
+        if index % EVERY == 0:
+            pause()
         if channel.changes in MATERIAL_PROPERTIES:
             materials[channel.part][channel.changes] = value_at(channel, time)
         elif channel.changes in LIGHT_PROPERTIES:
             lights[channel.part][channel.changes] = value_at(channel, time)
     surfaces, punctual = list(scene.materials), list(scene.lights)
-    for number, values in materials.items():
+    for index, (number, values) in enumerate(materials.items()):
+        if index % EVERY == 0:
+            pause()
         surfaces[number] = _material(surfaces[number], values)
     for number, values in lights.items():
         punctual[number] = _light(punctual[number], values, motion.intensity_scale)

@@ -5,7 +5,7 @@ Whoever wrote it read a user's file, so that it is checked like one.
 
 import json
 import mmap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from math import inf
 from typing import Annotated, Any, BinaryIO, Literal
@@ -18,6 +18,7 @@ from gpu.errors import SceneError
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import SceneLimits
 from gpu.scene.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Motion
+from gpu.scene.pauses import Pause, go_on
 from gpu.scene.types import Camera, Light, LoadReport, Material, Placement, Rgb, Scene, Sky, Texture, Wrap
 from gpu.scene.validate import (
     check_cameras,
@@ -118,7 +119,7 @@ def write_scene(scene: Scene, file: BinaryIO) -> None:
         place += -place % ALIGNMENT + array.nbytes
 
 
-def read_scene(file: BinaryIO, source: str, limits: SceneLimits, pause: Callable[[], None] = lambda: None) -> Scene:
+def read_scene(file: BinaryIO, source: str, limits: SceneLimits, pause: Pause = go_on) -> Scene:
     """The scene in a file that nobody writes any more, whose arrays stay there.
 
     pause: called between steps that take long. Raises SceneError where it is none, or none that is sound.

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import new_number
 from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.device_scene.upload import DeviceScene
@@ -51,7 +52,7 @@ def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = No
     lender = loaded
     if before is not None and shape_of(before.edits) == shape_of(edits):
         lender = before
-    shape = before.shape if before is lender else shaped(loaded.scene, edits)
+    shape = before.shape if before is lender else shaped(loaded.scene, edits, DEVICE_SHARING.pause)
     scene = shown(shape, edits)
     device_scene = lender.device_scene.edited(scene)
     if before is not None and before.light_sets.follow(device_scene):
