@@ -9,9 +9,10 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from gpu.scene.edits import SceneEdits
+from server.addresses import is_loopback
 from server.jobs import ENDED, Jobs
 from server.metrics import Metrics
-from server.places import Places
+from server.places import Places, asker
 from server.rate_limit import Buckets
 from server.refusals import ForbiddenError, TooBusyError
 from server.render.engine_pool import EnginePool
@@ -27,6 +28,7 @@ from server.wire.worker import Render, SceneRef, Start
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
 WAITING_OF_ALL = 2  # times as many stills of all clients as of one may wait
+OTHERS_VIEWERS = 8  # one place of so many for viewers is not for a client that has all others
 MAX_EXPORTS = 2  # at once, of up to a quarter of a gigabyte each
 # Edits of a client a second, and at once: a slider that is dragged is told thirty times a second.
 EDIT_RATE, EDIT_BURST = 40.0, 80.0
@@ -52,7 +54,7 @@ class Service:
     catalogue: Catalogue
     engines: EnginePool
     checker: Checker
-    viewers: set[int] = field(default_factory=set)
+    viewers: dict[int, str] = field(default_factory=dict)  # and their clients
     greeting: list[asyncio.Timeout] = field(default_factory=list)  # who has not said hello yet, the oldest first
     last_viewer: int = 0
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
@@ -118,20 +120,23 @@ class Service:
 
     @property
     def full(self) -> bool:
-        """Whether as many viewers are here as may be."""
-        return len(self.viewers) >= self.settings.max_viewers
+        """Whether as many viewers are here as may be, or as many of the client that asks."""
+        client, most = asker.get(), self.settings.max_viewers
+        # Who speaks for this machine may speak for many, as a proxy does that nobody has named.
+        mine = most if is_loopback(client) else most - most // OTHERS_VIEWERS
+        return len(self.viewers) >= most or sum(it == client for it in self.viewers.values()) >= mine
 
     def admit(self) -> int | None:
-        """A number for one more viewer, never used before; None when as many are here as may be."""
+        """A number for one more viewer of who asks, never used before; None where there is no place."""
         if self.full:
             return None
         viewer = self.number()
-        self.viewers.add(viewer)
+        self.viewers[viewer] = asker.get()
         return viewer
 
     def dismiss(self, viewer: int) -> None:
         """A viewer has left."""
-        self.viewers.discard(viewer)
+        self.viewers.pop(viewer, None)
         self.viewing.pop(viewer, None)
         self.engines.leave(viewer)
 

@@ -85,6 +85,6 @@ def _worker(service: Service, engine: Engine) -> dict[str, Any]:
         "status": "busy" if overdue else engine.activity.state,
         "device": engine.device,
         "restarts": engine.restarts,
-        "viewers": len(service.engines.clients_of(engine) & service.viewers),
+        "viewers": len(service.engines.clients_of(engine) & service.viewers.keys()),
         "text": overdue or engine.activity.text,
     }

@@ -75,7 +75,7 @@ class State(Collector):
         for number, engine in enumerate(engines.engines):
             labels = [str(number)]
             ready.add_metric(labels, float(engine.ready))
-            viewers.add_metric(labels, len(engines.clients_of(engine) & self._service.viewers))
+            viewers.add_metric(labels, len(engines.clients_of(engine) & self._service.viewers.keys()))
             restarts.add_metric(labels, engine.restarts)
             busy.add_metric(labels, engine.busy_seconds)
             memory.add_metric(labels, engine.memory[0])

@@ -80,7 +80,7 @@ ROUTE = WebSocketRoute(PATH, stream)  # Starlette's: FastAPI's looks at the endp
 
 
 async def _refuse_as_full(socket: WebSocket, service: Service) -> None:
-    text = f"{service.settings.max_viewers} viewers are here already; try again later"
+    text = f"{len(service.viewers)} viewers are here, as many as may be, or as many of yours; try again later"
     await _refuse(socket, service, "full", TRY_AGAIN, text)
 
 

@@ -4,10 +4,11 @@ import pytest
 from engines import BOX, FakeEngine, order
 
 from server.jobs import JobState
+from server.places import asker
 from server.render.engine_pool import EnginePool
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
-from server.service import Service, start_message
+from server.service import OTHERS_VIEWERS, Service, start_message
 from server.settings import ServerSettings
 
 SETTINGS = ServerSettings(max_viewers=2, max_scenes=3, device="cpu")
@@ -31,6 +32,23 @@ def test_viewers_are_admitted_while_there_is_room_each_by_a_number_of_its_own(se
     assert service.admit() is None
     service.dismiss(first)
     assert service.admit() not in (None, first, second)
+
+
+@pytest.mark.parametrize(("client", "most"), [("192.0.2.1", 7), ("127.0.0.1", 8)])
+def test_one_client_leaves_places_for_others_unless_it_speaks_for_them(
+    engine: FakeEngine, client: str, most: int
+) -> None:
+    settings = SETTINGS.model_copy(update={"max_viewers": OTHERS_VIEWERS})
+    catalogue, checker = Catalogue("cornell-box", None, None), Checker(settings, ())
+    service = Service(settings, catalogue, EnginePool([engine]), checker)
+
+    async def come(client: str) -> int | None:
+        asker.set(client)
+        return service.admit()
+
+    here = [asyncio.run(come(client)) for _ in range(8)]
+    assert len(here) - here.count(None) == most
+    assert (asyncio.run(come("192.0.2.2")) is None) == (most == 8)
 
 
 def test_the_worker_is_told_of_every_viewer_that_leaves(service: Service, engine: FakeEngine) -> None:
