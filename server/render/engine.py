@@ -243,9 +243,9 @@ class Engine:
                 waiting.turn.set_exception(TurnedAwayError("another renderer is ready"))
                 waiting.turn.exception()  # marks it as seen: who waits may have left this instant
 
-    async def open(self, scene: SceneRef) -> SceneInfo:
-        """Load a scene and say what is in it; errors as the futures of `submit`."""
-        reply = await self.submit(STILLS, Urgency.STILL, lambda: OpenScene(scene))
+    async def open(self, scene: SceneRef, packed: str = "") -> SceneInfo:
+        """Load a scene, `packed` if it was read already, and say what is in it; errors as the futures of `submit`."""
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: OpenScene(scene, packed=packed))
         if reply is None:
             raise WorkerLostError("the worker is gone")
         answer, _ = await reply

@@ -9,6 +9,7 @@ import os
 import signal
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from weakref import WeakValueDictionary
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
@@ -21,6 +22,7 @@ from server.places import Places, asker
 from server.refusals import TooBusyError
 from server.scenes import walls
 from server.scenes.archives import UnpackedError
+from server.scenes.kept_scenes import KeptScene, KeptScenes
 from server.settings import ServerSettings
 from server.wire.browser import SceneInfo
 
@@ -131,6 +133,7 @@ class Checker:
             log.debug("this kernel has no %s: readers of scenes do without", wall)
         self._places = Places("scenes that are read or wait for it", MAX_WAITING, MAX_WAITING_OF_ONE)
         self._of_client = WeakValueDictionary[str, asyncio.Lock]()
+        self.kept = KeptScenes()
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
     async def check(
@@ -142,11 +145,15 @@ class Checker:
         max_unpacked_bytes: int = 0,
     ) -> Checked:
         """What is in the scene `source`, read as `options` say; `name` is what viewers call it; an archive is unpacked
-        into `folder`, of up to `max_unpacked_bytes`.
+        into `folder`, of up to `max_unpacked_bytes`. All but archives are kept for the worker that is to have them.
 
         Raises SceneError when the scene is not sound or takes more memory or time than allowed (UnpackedError for an
         archive that is too large), TooBusyError when too many scenes wait to be checked.
         """
+        kept: KeptScene | None = None
+        if folder is None:
+            with suppress(OSError):  # then it is read again
+                kept = KeptScene(source, options)
         request = CheckRequest(
             source=source,
             folder=folder,
@@ -155,6 +162,7 @@ class Checker:
             max_unpacked_bytes=max_unpacked_bytes,
             memory_bytes=self._memory_bytes,
             seconds=self._seconds,
+            result=kept.memory if kept is not None else None,
         )
         client = asker.get()
         one = self._of_client.setdefault(client, asyncio.Lock())
@@ -170,6 +178,8 @@ class Checker:
             self.outcomes["refused"] += 1
             raise
         self.outcomes["sound"] += 1
+        if kept is not None:
+            self.kept.keep(kept)
         return answer
 
     async def _run(self, request: CheckRequest, name: str) -> Checked | Refused:
@@ -179,6 +189,7 @@ class Checker:
                 str(os.getpid()),
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
+                pass_fds=() if request.result is None else (request.result,),
                 env=clean_environment() | ONE_THREAD,
                 start_new_session=True,
             )

@@ -130,7 +130,8 @@ class Residency:
             self._opened = {known: info for known, info in self._opened.items() if known in self.loaded}
             if scene not in self._opened or scene not in engine.scenes:
                 self._check_room(scene, engine)
-                self._opened[scene] = await engine.open(scene)
+                kept = self._checker.kept.take(scene.source, scene.options)
+                self._opened[scene] = await engine.open(scene, kept.path if kept is not None else "")
             return self._opened[scene]
 
     async def close(self, scene: SceneRef) -> None:

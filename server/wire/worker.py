@@ -116,10 +116,14 @@ class Start:
 
 @dataclass(frozen=True)
 class OpenScene:
-    """Read a scene; answered by Free, then Opened, or by Failed, then Free."""
+    """Read a scene; answered by Free, then Opened, or by Failed, then Free.
+
+    packed: where it is as it was read by another process (server.scenes.packed_scene), if it is.
+    """
 
     scene: SceneRef
     request: int = 0
+    packed: str = ""
     kind: Literal["open"] = "open"
 
 

@@ -96,10 +96,12 @@ class GpuBackend:
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 
-    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
-        """Make sure that a scene is on the device; OutOfMemoryError when that cannot hold it."""
+    def open(self, scene: SceneRef, report: Report, packed: str = "") -> SceneInfo:
+        """Make sure that a scene, `packed` where it was read already, is on the device; OutOfMemoryError when that
+        cannot hold it.
+        """
         what = f"{scene.id}: the device has too little memory for this scene; close others, or simplify it"
-        loaded = self._with_room(lambda: self._load(scene, report), what)
+        loaded = self._with_room(lambda: self._load(scene, report, packed), what)
         return describe_scene(scene.id, loaded.scene, scene.options)
 
     def close(self, scene: SceneRef) -> None:
@@ -167,17 +169,17 @@ class GpuBackend:
             return False
         return True
 
-    def _load(self, ref: SceneRef, report: Report) -> LoadedScene:
+    def _load(self, ref: SceneRef, report: Report, packed: str = "") -> LoadedScene:
         with self._tasks.holding(ref):
-            return self._loaded(ref, report)
+            return self._loaded(ref, report, packed)
 
-    def _loaded(self, ref: SceneRef, report: Report) -> LoadedScene:
+    def _loaded(self, ref: SceneRef, report: Report, packed: str = "") -> LoadedScene:
         loaded = self._scenes.pop(ref, None)
         if loaded is None:
             self._make_room()
             report(f"reading {ref.id}", 0.0)
             built_in = ref.source in BUILTIN
-            scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start)
+            scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start, packed)
             scene = with_environment(scene, self._start.environment)
             report(f"building {ref.id}", 0.5)
             with _named(ref):

@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Callable
-from fcntl import F_ADD_SEALS, F_SEAL_GROW, F_SEAL_SHRINK, F_SEAL_WRITE, fcntl
+from contextlib import suppress
+from pathlib import Path
 from subprocess import PIPE, Popen
 from time import monotonic
 
@@ -11,17 +12,21 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
 from gpu.scene.types import Scene
 from server.scenes.checker import CHECK, ONE_THREAD, CheckRequest, Refused, answer_of, too_long
+from server.scenes.kept_scenes import seal
 from server.scenes.packed_scene import read_scene
 from server.wire.worker import SceneRef, Start
 
 PATIENCE = 2  # times of the processor's time that a reader may take: others render meanwhile
 
 
-def read_beside(scene: SceneRef, start: Start) -> Scene:
-    """The scene in a file; others may have the device until it is there.
+def read_beside(scene: SceneRef, start: Start, packed: str = "") -> Scene:
+    """The scene in a file; others may have the device until it is there. packed: where it is if it was read already.
 
     Raises SceneError where it is not sound or takes more memory or time than `start` allows.
     """
+    if packed:
+        with suppress(OSError), Path(packed).open("rb") as file:
+            return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
     result = os.memfd_create("scene", os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC)
     with os.fdopen(result, "rb") as file, os.fdopen(os.memfd_create("answer"), "rb") as answer:
         request = CheckRequest(
@@ -40,7 +45,7 @@ def read_beside(scene: SceneRef, start: Start) -> Scene:
         if isinstance(said, Refused):
             raise SceneError(scene.id, said.field, said.problem)
         # Nothing that the reader has left behind can change what was checked.
-        fcntl(result, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK)
+        seal(result)
         return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
 
 

@@ -114,7 +114,7 @@ class Backend(Protocol):
         tasks: the jobs to come; told how long a turn is on this device.
         """
 
-    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+    def open(self, scene: SceneRef, report: Report, packed: str = "") -> SceneInfo:
         """Make sure that a scene is loaded."""
 
     def render(self, job: Render, report: Report) -> Picture:
@@ -249,7 +249,7 @@ class Worker:
         try:
             match job:
                 case OpenScene(scene):
-                    answer = Opened(job.request, self._backend.open(scene, report))
+                    answer = Opened(job.request, self._backend.open(scene, report, job.packed))
                 case CloseScene(scene):
                     self._backend.close(scene)
                     answer = Closed(job.request)

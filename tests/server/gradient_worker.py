@@ -67,7 +67,7 @@ class GradientBackend:
         self._scenes[start.scene] = None
         return "gradient"
 
-    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+    def open(self, scene: SceneRef, report: Report, packed: str = "") -> SceneInfo:
         if scene.source.endswith("deadly.glb"):
             os.kill(os.getpid(), signal.SIGKILL)
         if scene.source.endswith("broken.glb"):

@@ -16,7 +16,7 @@ from server.render.engine_pool import EnginePool
 from server.scenes.checker import Checked, Checker, SceneSize
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
-from server.wire.worker import SceneRef
+from server.wire.worker import OpenScene, SceneRef
 
 MEGABYTE = 10**6
 
@@ -81,6 +81,20 @@ def test_a_scene_is_read_and_loaded_once(hall: SceneRef) -> None:
         assert (scenes.bytes_of(hall) or 0) > LIGHTING_BYTES
 
     asyncio.run(run())
+
+
+def test_the_worker_is_given_what_was_checked_once(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        await scenes.open(hall)
+        engine.scenes = ()
+        await scenes.open(hall)
+
+    asyncio.run(run())
+    opened = [job for _, _, job in engine.orders if isinstance(job, OpenScene)]
+    assert [bool(job.packed) for job in opened] == [True, False]
 
 
 def test_a_scene_that_left_the_device_is_loaded_again(hall: SceneRef) -> None:

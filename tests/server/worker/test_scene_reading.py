@@ -10,6 +10,7 @@ from glb_file import TRIANGLE_GLB
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
 from gpu.scene.load import load_scene
+from server.scenes.packed_scene import write_scene
 from server.wire.worker import SceneRef, Start
 from server.worker import scene_reading
 from server.worker.scene_reading import read_beside
@@ -68,3 +69,15 @@ def test_a_reader_that_leaves_no_scene_is_told_so(monkeypatch: pytest.MonkeyPatc
     )
     with pytest.raises(SceneError, match="left no scene"):
         read_beside(SceneRef("hall", "/nowhere/hall.glb"), START)
+
+
+def test_what_was_read_already_is_not_read_again(tmp_path: Path) -> None:
+    (tmp_path / "hall.glb").write_bytes(TRIANGLE_GLB)
+    scene, source = load_scene(str(tmp_path / "hall.glb")), str(tmp_path / "hall.glb")
+    with (tmp_path / "packed").open("wb") as file:
+        write_scene(scene, file)
+    (tmp_path / "hall.glb").write_bytes(b"")
+    read = read_beside(SceneRef("hall", source), START, str(tmp_path / "packed"))
+    np.testing.assert_array_equal(read.vertices, scene.vertices)
+    with pytest.raises(SceneError, match=r"^hall: "):
+        read_beside(SceneRef("hall", source), START, str(tmp_path / "gone"))
