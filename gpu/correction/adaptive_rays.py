@@ -51,7 +51,8 @@ class AdaptiveRayParameters:
     that leaves little noise, where all is hidden, rays do that alone.
     most_frames: what frames before knew counts as the rays of so many of them, at most.
     own_share: of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest.
-    darker: what has less than this share of its light, as gpu.correction.outlier_shading leaves it, is shown as it is.
+    darker: what has less than this share of its light, and of what clusters tell, is shown as it is:
+    gpu.correction.outlier_shading leaves so little, gpu.correction.visibility_correction more.
     least_light: of what clusters tell, this share of which remains where rays of one frame find less, as
     gpu.correction.visibility_correction has it for fewer rays.
     """
@@ -61,7 +62,7 @@ class AdaptiveRayParameters:
     trust: float = 0.6
     most_frames: int = 6
     own_share: float = 0.45
-    darker: float = 0.3
+    darker: float = 0.25
     least_light: float = 0.05
 
 
@@ -136,7 +137,8 @@ def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters,
     mean = light + (found_light - light) * (float(RAYS) / float(RAYS + before))
     known.light[pixel] = mean
     residual.light[place] = mean - known.irradiance[pixel]
-    is_darker = brightness(known.irradiance[pixel]) < by.darker * brightness(mean)
+    whole = wp.min(brightness(mean), brightness(known.clustered[pixel]))
+    is_darker = brightness(known.irradiance[pixel]) < by.darker * whole
     residual.place[pixel] = wp.where(is_darker, points.count[0], place)
 
 

@@ -10,7 +10,7 @@ from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.indirect.irradiance import CHECKS
 
 # What frames use, written again, so that a change of it fails.
-RAYS, MOST_FRAMES, OWN_SHARE, DARKER, TRUST, LEAST = 24, 6, 0.45, 0.3, 0.6, 0.05
+RAYS, MOST_FRAMES, OWN_SHARE, DARKER, TRUST, LEAST = 24, 6, 0.45, 0.25, 0.6, 0.05
 
 
 @wp.kernel
@@ -75,7 +75,7 @@ def test_what_rays_find_counts_beside_what_frames_before_knew(bright: Bright) ->
         lacking = np.zeros_like(known)
         lacking[pixels] = mean - 1.0
         mixed = 1.0 + OWN_SHARE * lacking[pixels] + (1.0 - OWN_SHARE) * bright.shared(pixels, lacking, told)
-        kept = mean.mean(axis=1) * DARKER > 1.0
+        kept = np.minimum(mean, told[pixels]).mean(axis=1) * DARKER > 1.0
         assert not kept.all()
         least = np.minimum(told[pixels] * LEAST / (frames + 1), 1.0)
         assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, least)[~kept], rel=1e-3, abs=1e-4)
@@ -110,15 +110,24 @@ def test_points_that_were_listed_once_tell_nothing_any_more(bright: Bright) -> N
 def test_what_was_found_to_be_much_darker_is_shown_as_it_is_and_tells_nothing(bright: Bright) -> None:
     pixels, told = bright.trace(), bright.fuzzy.irradiance()
     found = bright.found()[pixels].mean(axis=1)
-    dark = np.full((bright.view.pixels, 3), 0.5 * DARKER * found.max() * RAYS / (RAYS + CHECKS))
+    dark = np.full((bright.view.pixels, 3), 0.2 * DARKER * found.max() * RAYS / (RAYS + CHECKS))
     light, shown = bright.take(told, np.zeros_like(dark), dark, 0)
-    kept = dark[pixels].mean(axis=1) < DARKER * light[pixels].mean(axis=1)
+    kept = dark[pixels].mean(axis=1) < DARKER * np.minimum(light, told)[pixels].mean(axis=1)
     assert kept.any()
     assert shown[pixels[kept]] == pytest.approx(dark[pixels[kept]])
     others, lacking = pixels[~kept], light - dark
     mixed = dark[others] + OWN_SHARE * lacking[others] + (1.0 - OWN_SHARE) * bright.shared(others, lacking, told)
     least = np.minimum(told[others] * LEAST, dark[others])
     assert shown[others] == pytest.approx(np.maximum(mixed, least), rel=1e-3, abs=1e-4)
+
+
+def test_where_clusters_told_too_little_rays_that_find_more_are_shown(bright: Bright) -> None:
+    """Such points are as dark as clusters told, and no rays before found them to be so."""
+    pixels, told = bright.trace(), np.full((bright.view.pixels, 3), 1e-6)
+    light, shown = bright.take(told, np.zeros_like(told), told, 0)
+    found = light[pixels].mean(axis=1)
+    assert shown[pixels].mean() == pytest.approx(found.mean(), rel=0.1)
+    assert (shown[pixels].mean(axis=1) > 0.1 * found)[found > np.median(found)].all()
 
 
 def test_where_rays_find_nothing_some_of_what_clusters_tell_is_left_but_nothing_becomes_brighter(
