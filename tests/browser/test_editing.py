@@ -169,6 +169,24 @@ def test_a_light_without_a_surface_is_chosen_by_its_mark(page: Page, stage: Stag
     hears(stage, {"lights": {"bulb": {"position": [x, 0.27, -1]}}})
 
 
+def test_what_is_chosen_stays_so_and_can_be_undone_on_another_connection(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    page.get_by_role("slider", name="Move chair along X").press("ArrowRight")
+    hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
+    connections = stage.connections
+    stage.close(1012)
+    wait_for(page, lambda: stage.connections > connections)
+    stage.welcome()
+    stage.scene(objects=[CHAIR], lights=[LAMP, BULB])
+    edits = {"lights": {}, "materials": {}, "objects": {"chair": {"offset": [0.02, 0, 0]}}, "time": None}
+    stage.say("edits", scene="cornell-box", edits=edits | {"animation": None}, edit=0, own=False, suns={})
+    expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
+    expect(page.get_by_label("moved along X")).to_have_value("0.02")
+    expect(page.get_by_role("slider", name="Move chair along X")).to_be_visible()
+    page.get_by_role("button", name="Undo").click()
+    hears(stage, {"objects": {"chair": {"offset": None}}})
+
+
 def test_others_see_what_was_moved_and_what_shines_is_chosen(page: Page, browser: Browser, gradients: Running) -> None:
     """Two viewers of the service itself."""
     with closing(browser.new_context(viewport={"width": 1280, "height": 720})) as context:

@@ -70,6 +70,22 @@ def test_what_plays_stops_where_another_scene_is_chosen(page: Page, stage: Stage
     expect(page.get_by_text("0.0 of 1.0 s")).to_be_visible()
 
 
+def test_what_plays_goes_on_when_the_connection_is_back(page: Page, stage: Stage) -> None:
+    long = [{"id": "walk", "seconds": 600.0}]  # it does not begin anew meanwhile
+    stage.scene("hall.glb", animations=long)
+    expect(page.get_by_text("of 600.0 s")).to_be_visible()
+    page.get_by_role("button", name="Play").click()
+    stage.hear("edit", 3)
+    before, connections = moments(stage)[-1]["time"], stage.connections
+    stage.close(1012)
+    wait_for(page, lambda: stage.connections > connections)
+    stage.welcome()
+    assert stage.all("edit") == []
+    stage.scene("hall.glb", animations=long)
+    assert stage.hear("edit", 2)["patch"]["time"] > before
+    page.get_by_role("button", name="Pause").click()
+
+
 def test_the_time_line_has_its_place_in_a_window_of_any_width(page: Page, stage: Stage) -> None:
     page.keyboard.press("KeyG")
     for width, height in ((1280, 720), (1000, 600), (844, 390)):

@@ -126,17 +126,18 @@ export class Mixer {
     return this.#history.own ? this.edits : null;
   }
 
-  /** A scene is there. @param {SceneInfo} scene */
+  /** A scene is there; of the same on another connection what was chosen stays so. @param {SceneInfo} scene */
   scene(scene) {
     const stays = this.#scene?.id === scene.id && JSON.stringify(this.#scene.options) === JSON.stringify(scene.options);
+    const [object, material] = stays ? [this.#object.value, this.#material.value] : ["", ""];
     this.#scene = scene;
-    this.#chosen = null;
+    if (!stays) this.#chosen = null;
     this.#rows = scene.lights.map((light, number) => this.#row(light, number));
     this.#lights.replaceChildren(...this.#rows.map(({ row }) => row));
     text("no-lights").hidden = this.#rows.length > 0;
-    for (const [select, parts] of /** @type {const} */ ([[this.#material, scene.materials], [this.#object, scene.objects]])) {
+    for (const [select, parts, chosen] of /** @type {const} */ ([[this.#material, scene.materials, material], [this.#object, scene.objects, object]])) {
       offer(select, [{ value: "", label: "None chosen" }, ...parts.map(({ id }) => ({ value: id, label: id }))]);
-      select.value = "";
+      select.value = parts.some(({ id }) => id === chosen) ? chosen : "";
     }
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;

@@ -17,6 +17,8 @@ export class Player {
   allowed = true;
   #playback = new Playback();
   #edit;
+  /** The scene's id. */
+  #scene = "";
   /** @type {SceneInfo["animations"]} */
   #animations = [];
   #asked = 0;
@@ -53,11 +55,14 @@ export class Player {
     this.#show();
   }
 
-  /** A scene is there. @param {SceneInfo} scene */
+  /** A scene is there; the same on another connection goes on, as when a page was hidden. @param {SceneInfo} scene */
   scene(scene) {
+    const stays = scene.id === this.#scene && JSON.stringify(scene.animations) === JSON.stringify(this.#animations);
+    this.#scene = scene.id;
+    this.#bar.hidden = !this.allowed || scene.animations.length === 0;
+    if (stays) return;
     this.stop();
     this.#animations = scene.animations;
-    this.#bar.hidden = !this.allowed || scene.animations.length === 0;
     this.#playback.time = 0;
     offer(this.#animation, scene.animations.map(({ id }) => ({ value: id, label: id })));
     this.#animation.selectedIndex = 0;
