@@ -22,7 +22,7 @@ from server.places import Places, asker
 from server.refusals import TooBusyError
 from server.scenes import walls
 from server.scenes.archives import UnpackedError
-from server.scenes.kept_scenes import KeptScene, KeptScenes
+from server.scenes.kept_scenes import KEPT_SECONDS, KeptScene, KeptScenes
 from server.settings import ServerSettings
 from server.wire.browser import SceneInfo
 
@@ -180,6 +180,7 @@ class Checker:
         self.outcomes["sound"] += 1
         if kept is not None:
             self.kept.keep(kept)
+            asyncio.get_running_loop().call_later(KEPT_SECONDS, self.kept.forget, kept.key)
         return answer
 
     async def _run(self, request: CheckRequest, name: str) -> Checked | Refused:

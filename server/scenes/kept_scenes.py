@@ -9,8 +9,9 @@ from pathlib import Path
 from gpu.scene.import_options import ImportOptions
 
 MOST_BYTES = 512 * 2**20  # of all that are kept; a scene of more is read again
+KEPT_SECONDS = 600.0  # at most: nobody may ever look at it
 
-_Key = tuple[int, int, int, int, ImportOptions]
+Key = tuple[int, int, int, int, ImportOptions]
 
 
 class KeptScene:
@@ -41,7 +42,7 @@ class KeptScenes:
     """Those that no worker has taken yet; the oldest go first."""
 
     def __init__(self, most_bytes: int = MOST_BYTES) -> None:
-        self._scenes: dict[_Key, KeptScene] = {}
+        self._scenes: dict[Key, KeptScene] = {}
         self._most_bytes = most_bytes
 
     def keep(self, scene: KeptScene) -> None:
@@ -52,6 +53,10 @@ class KeptScenes:
                 self._scenes[scene.key] = scene
         while sum(it.bytes for it in self._scenes.values()) > self._most_bytes:
             del self._scenes[next(iter(self._scenes))]
+
+    def forget(self, key: Key) -> None:
+        """It has been kept long enough, if it still is."""
+        self._scenes.pop(key, None)
 
     def take(self, source: str, options: ImportOptions) -> KeptScene | None:
         """The scene of this file as it is now, if it is kept; it is no more. It may be called otherwise than it was."""
@@ -65,7 +70,7 @@ def seal(memory: int) -> None:
     fcntl(memory, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK)
 
 
-def _key(source: str, options: ImportOptions) -> _Key:
+def _key(source: str, options: ImportOptions) -> Key:
     """What is the same of a file that was moved, and another when it has changed."""
     found = Path(source).stat()
     return found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size, options

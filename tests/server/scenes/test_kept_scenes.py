@@ -43,6 +43,19 @@ def test_what_was_checked_is_kept_until_it_is_taken(tmp_path: Path) -> None:
     assert checker.kept.take(moved, DEFAULT_OPTIONS) is None
 
 
+def test_what_nobody_wants_is_kept_for_a_while(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.scenes.checker.KEPT_SECONDS", 0.05)
+    (tmp_path / "hall.glb").write_bytes(TRIANGLE_GLB)
+
+    async def check_and_wait() -> bool:
+        checker = Checker(ServerSettings())
+        await checker.check(str(tmp_path / "hall.glb"), "hall")
+        await asyncio.sleep(0.2)
+        return checker.kept.take(str(tmp_path / "hall.glb"), DEFAULT_OPTIONS) is None
+
+    assert asyncio.run(check_and_wait())
+
+
 def test_a_file_that_has_changed_is_read_again(tmp_path: Path, write: Callable[[str, int], KeptScene]) -> None:
     kept = KeptScenes()
     kept.keep(write("hall.glb", 8))
