@@ -10,7 +10,6 @@ import signal
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from weakref import WeakValueDictionary
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
@@ -121,7 +120,7 @@ ONE_THREAD = {
 
 
 class Checker:
-    """Runs a few children at a time, one for each client, so that those of others have turns."""
+    """Runs a few children at a time."""
 
     def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
         self._limits = settings.scene_limits
@@ -132,7 +131,6 @@ class Checker:
         for wall in walls.missing():
             log.debug("this kernel has no %s: readers of scenes do without", wall)
         self._places = Places("scenes that are read or wait for it", MAX_WAITING, MAX_WAITING_OF_ONE)
-        self._of_client = WeakValueDictionary[str, asyncio.Lock]()
         self.kept = KeptScenes()
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
@@ -164,11 +162,9 @@ class Checker:
             seconds=self._seconds,
             result=kept.memory if kept is not None else None,
         )
-        client = asker.get()
-        one = self._of_client.setdefault(client, asyncio.Lock())
         try:
-            with self._places.taken(client):
-                async with one, self._turns:
+            with self._places.taken(asker.get()):
+                async with self._turns:
                     answer = await self._run(request, name)
             if isinstance(answer, Refused) and answer.unpacked_bytes is not None:
                 raise UnpackedError(name, answer.unpacked_bytes, max_unpacked_bytes)

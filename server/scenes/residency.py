@@ -58,9 +58,10 @@ class Residency:
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
         self._opened: dict[SceneRef, SceneInfo] = {}
         self._loading = {engine: asyncio.Lock() for engine in engines.engines}
+        self._reading = WeakValueDictionary[str, asyncio.Lock]()  # by client
         self._of_client = WeakValueDictionary[tuple[Engine, str], asyncio.Lock]()
         self._opening: Counter[str] = Counter()  # ids of scenes that are on their way to the device
-        self._checking: dict[SceneRef, asyncio.Lock] = {}  # scenes that are being read now
+        self._checking = WeakValueDictionary[SceneRef, asyncio.Lock]()  # scenes that are being read now
 
     @property
     def loaded(self) -> tuple[SceneRef, ...]:
@@ -85,19 +86,21 @@ class Residency:
         self._checked[scene] = checked
 
     async def inspect(self, scene: SceneRef) -> Checked:
-        """What is in a scene, read in a child process the first time; errors as of `Checker.check`."""
+        """What is in a scene, read in a child process the first time, of one client one at a time; errors as of
+        `Checker.check`.
+        """
+        if scene in self._checked:
+            self.learn(scene, self._checked.pop(scene))
+            return self._checked[scene]
         # Many may come for one scene at the same time, as when a service was restarted: it is read once.
         lock = self._checking.setdefault(scene, asyncio.Lock())
-        try:
-            async with lock:
-                checked = self._checked.pop(scene, None)
-                if checked is None:
-                    checked = await self._checker.check(scene.source, scene.id, options=scene.options)
-                self.learn(scene, checked)
-                return checked
-        finally:
-            if not lock.locked():
-                self._checking.pop(scene, None)
+        one = self._reading.setdefault(asker.get(), asyncio.Lock())  # first, so that nobody waits for what waits itself
+        async with one, lock:
+            checked = self._checked.pop(scene, None)
+            if checked is None:
+                checked = await self._checker.check(scene.source, scene.id, options=scene.options)
+            self.learn(scene, checked)
+            return checked
 
     async def open(self, scene: SceneRef, client: int = STILLS) -> SceneInfo:
         """Make sure that a scene is on the device that renders for a client, and say what is in it.

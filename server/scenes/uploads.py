@@ -16,6 +16,7 @@ from pathlib import Path, PurePosixPath
 from stat import S_ISREG
 from time import monotonic, time_ns
 from unicodedata import normalize
+from weakref import WeakValueDictionary
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -23,6 +24,7 @@ from gpu.errors import SceneError, UserError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from server.folders import TemporaryFolder, hold
+from server.places import asker
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.archives import UnpackedError
 from server.scenes.checker import Checked, Checker
@@ -73,6 +75,7 @@ class Uploads:
         self._max_total_bytes = settings.max_uploads_bytes
         self._taking = 0
         self.kept = 0  # since the service began
+        self._reading = WeakValueDictionary[str, asyncio.Lock]()  # by client
         self._keeping = asyncio.Lock()
         self._claims: dict[Path, int] = {}  # what unfinished uploads take, by their folders [bytes]
         self._uploads: dict[str, Upload] = {}
@@ -131,6 +134,8 @@ class Uploads:
     ) -> Upload:
         """Take in the file that a client calls `name`, of `length` bytes if that is known, and check it as it is read.
 
+        Of one client's files one is read at a time, so that those of others, and of the folder, have turns.
+
         Older uploads that are not `in_use` (asked by id) make room. Raises SceneError (name or content are wrong),
         TooLargeError, TooSlowError, NoRoomError or TooBusyError; nothing is kept then.
         """
@@ -147,10 +152,11 @@ class Uploads:
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
             self._claims[work] = 0
             await self._receive(file, body, lambda more: self._claim(work, more, in_use))
-            if suffix == ARCHIVE:
-                checked = await self._check_archive(file, f"{stem}{suffix}", options, in_use)
-            else:
-                checked = await self._check(file, f"{stem}{suffix}", options)
+            async with self._reading.setdefault(asker.get(), asyncio.Lock()):
+                if suffix == ARCHIVE:
+                    checked = await self._check_archive(file, f"{stem}{suffix}", options, in_use)
+                else:
+                    checked = await self._check(file, f"{stem}{suffix}", options)
             return await self._keep(stem, work, checked, in_use)
         except OSError as error:
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None

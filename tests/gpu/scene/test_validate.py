@@ -77,3 +77,16 @@ def test_textures(pixels: np.ndarray, limits: SceneLimits) -> None:
     validate.check_textures("scene", [TEXTURE, replace(TEXTURE, srgb=False)], SceneLimits(max_texture_pixels=6))
     with pytest.raises(SceneError, match="scene"):
         validate.check_textures("scene", [replace(TEXTURE, pixels=pixels)], limits)
+
+
+def test_as_many_lights_cameras_and_uv_sets_as_may_be_and_no_more() -> None:
+    limits = SceneLimits(max_lights=2, max_cameras=2, max_uv_sets=2)
+    validate.check_lights("scene", [LIGHT] * 2, limits)
+    validate.check_cameras("scene", [CAMERA] * 2, limits)
+    validate.check_materials("scene", [Material(normal_slot=TextureSlot(0, uv_set=1))], 1, limits)
+    with pytest.raises(SceneError, match=r"3 lights, more than the 2 allowed; .*max_lights"):
+        validate.check_lights("scene", [LIGHT] * 3, limits)
+    with pytest.raises(SceneError, match=r"3 cameras, more than the 2 allowed; .*max_cameras"):
+        validate.check_cameras("scene", [CAMERA] * 3, limits)
+    with pytest.raises(SceneError, match=r"normal_slot\.uv_set"):
+        validate.check_materials("scene", [Material(normal_slot=TextureSlot(0, uv_set=2))], 1, limits)

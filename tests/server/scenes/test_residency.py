@@ -3,6 +3,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from engines import BOX, FakeEngine
@@ -184,6 +185,35 @@ def test_what_is_there_waits_for_no_loading_and_others_come_before_a_clients_sec
             await asyncio.gather(*asked)
         assert engine.opened == [BOX, slow, other, more]
 
+    asyncio.run(run())
+
+
+def test_of_one_client_one_scene_is_read_at_a_time_and_nobody_waits_for_it(
+    hall: SceneRef, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes, began, gate = residency(FakeEngine()), list[str](), asyncio.Event()
+    check = scenes._checker.check
+
+    async def slowly(source: str, name: str, **more: Any) -> Checked:
+        began.append(name)
+        if name != "c":
+            await gate.wait()
+        return await check(source, name, **more)
+
+    async def ask(client: str, name: str) -> None:
+        asker.set(client)
+        await scenes.inspect(replace(hall, id=name))
+
+    async def run() -> None:
+        asked = [asyncio.create_task(ask("a", name)) for name in "abc"]
+        await asyncio.sleep(0)
+        async with asyncio.timeout(20):
+            await asyncio.create_task(ask("b", "c"))
+            assert began == ["a", "c"]
+            gate.set()
+            await asyncio.gather(*asked)
+
+    monkeypatch.setattr(scenes._checker, "check", slowly)
     asyncio.run(run())
 
 

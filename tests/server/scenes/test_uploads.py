@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import zipfile
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from harness import ANY_CHECK
 from gpu.errors import SceneError, UserError
 from gpu.scene.load import SUFFIXES
 from server.folders import LOCK
+from server.places import asker
 from server.refusals import NoRoomError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes import uploads as module
 from server.scenes.checker import CHECK, Checker
@@ -363,3 +365,33 @@ def test_an_archive_makes_room_for_what_it_holds_and_no_more_than_there_is(make:
         add(uploads, "c.zip", packed(110_000))
     assert list(uploads.all) == [newer.id]
     assert uploads._claims == {}
+
+
+def test_of_one_client_one_file_is_read_at_a_time(
+    make: Callable[..., Uploads], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    uploads = make()
+    check, readings, most = uploads._checker.check, Counter[str](), Counter[str]()
+
+    async def counted(source: str, name: str, *rest: Any, **more: Any) -> Any:
+        readings[name] += 1
+        most[name] = max(most[name], readings[name])
+        most["all"] = max(most["all"], readings.total())
+        try:
+            return await check(source, name, *rest, **more)
+        finally:
+            readings[name] -= 1
+
+    async def body() -> AsyncIterator[bytes]:
+        yield b"content"
+
+    async def upload(client: str) -> None:
+        asker.set(client)
+        await uploads.add(f"{client}.glb", None, body(), lambda _: False)
+
+    async def run() -> None:
+        await asyncio.gather(*(upload(client) for client in "ab" for _ in range(3)))
+
+    monkeypatch.setattr(uploads._checker, "check", counted)
+    asyncio.run(run())
+    assert most == {"a.glb": 1, "b.glb": 1, "all": 2}
