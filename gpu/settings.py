@@ -133,7 +133,7 @@ class RenderSettings(BaseModel):
         None,
         ge=1,
         le=4_194_304,
-        description="paths of light by mirrors and through glass, whose ends are caustics; all but path",
+        description="paths of light by mirrors, glass and metal, whose ends are caustics; all but path",
     )
     light_shape: LightShape = Field(
         LightShape.DISKS, description="rsm-disks: what clusters light as; polygons are slower, and without corrections"

@@ -14,7 +14,7 @@ from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
-from gpu.device_scene.bsdf import even_reflectance, largest
+from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
@@ -109,22 +109,22 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
             return light
         surface = surface_at(scene, hit, direction)
         surface.normal = surface.geometric_normal
-        surface.diffuse = even_reflectance(surface, -direction)
+        reflectance = even_reflectance(surface, -direction)
+        # The rest of the light of emitters comes by caustics.
+        surface.diffuse = spread_reflectance(surface, -direction, 1.0)
         surface.f90 = 0.0
         area = wider * bound_area(paths.bounds, surface.position, surface.normal)
         share = area / (PI * hit.t * hit.t + area)
         throughput = throughput * share
-        # Emitters that mirrors show light by caustics.
-        if not surface.mirror:
-            light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
-        if table.sampled.count > 0 and largest(surface.diffuse) > 0.0 and not surface.mirror:
+        light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
+        if table.sampled.count > 0 and largest(surface.diffuse) > 0.0:
             own = samples_by_power(paths.sample, 0, 1, seed + bounce + 1)
             found = ris_light(scene, table, surface, -direction, own, 0, False)
             light += wp.cw_mul(throughput, found)
         survival = wp.min(chosen.wider * share, 1.0)
         if sobol_pair(paths.sample, pair + 3, seed).x >= survival:
             return light
-        throughput = wp.cw_mul(throughput, surface.diffuse) / survival
+        throughput = wp.cw_mul(throughput, reflectance) / survival
         state = hashed(wp.uint32(seed) ^ hashed(VPL_KEY + wp.uint32(paths.sample * paths.bounces + bounce)))
         wider = chosen.wider
         vpl_light = sampled_vpl_light(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)

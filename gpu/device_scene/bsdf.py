@@ -23,12 +23,16 @@ class BsdfParameters:
 
     glossy_roughness: rougher lobes are wide enough for samples of the lights alone, and for indirect light to count as
     even; from traced_roughness on, rays of the lobe count the less for indirect light the nearer it is to that;
-    least_share: neither lobe of a surface that has both gets fewer of the samples than this.
+    least_share: neither lobe of a surface that has both gets fewer of the samples than this. faint, strong: lobes that
+    reflect no more than `faint` at normal incidence cast no caustics, as all usual dielectrics, those from `strong` on
+    all that they can, as metals.
     """
 
     glossy_roughness: float = 0.5
     traced_roughness: float = 0.4
     least_share: float = 0.1
+    faint: float = 0.1
+    strong: float = 0.2
 
 
 BSDF_PARAMETERS = BsdfParameters()
@@ -200,6 +204,27 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     rise = 0.988 * wp.pow(1.0 - cosine, 5.152 * wp.exp(-1.073 * rough)) / (1.0 + 27.28 * wp.pow(rough, 2.643))
     grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
     return even_matt(surface) + surface.f0 * (whole - rise) + grazing * rise
+
+
+@wp.func
+def focused_share(surface: Surface) -> float:
+    """The share of what the specular lobe sends, of light that caustics bring, which is of caustics again."""
+    span = wp.static(BSDF_PARAMETERS.strong - BSDF_PARAMETERS.faint)
+    strong = wp.clamp((largest(surface.f0) - wp.static(BSDF_PARAMETERS.faint)) / span, 0.0, 1.0)
+    return traced_share(surface.roughness, surface.f90) * wp.where(surface.mirror, 1.0, strong)
+
+
+@wp.func
+def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.vec3:
+    """The part of `even_reflectance` that VPLs send, as if the surface were matt: caustics have the rest of its lobe.
+
+    focused: the share of the light that caustics have brought here, 1 straight from emitters, 0 from matt surfaces.
+    """
+    even = even_reflectance(surface, view)
+    share = focused * focused_share(surface)
+    if share == 0.0:
+        return even
+    return even - (even - even_matt(surface)) * share
 
 
 @wp.func

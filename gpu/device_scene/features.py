@@ -24,7 +24,7 @@ class SceneFeatures:
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
     their own; environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as
     `has_several_lamps` tells; specular: as `has_specular` tells; frosted: glass that scatters what goes through, or
-    is in part something else; coats: clear ones over other surfaces, which are glossy.
+    is in part something else; coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells.
     """
 
     alpha: bool = True
@@ -40,6 +40,7 @@ class SceneFeatures:
     specular: bool = True
     frosted: bool = True
     coats: bool = True
+    focus: bool = True
 
     @property
     def texels(self) -> bool:
@@ -50,6 +51,11 @@ class SceneFeatures:
     def lobes(self) -> bool:
         """Whether pixels have rays of lobes that are narrower than matt."""
         return self.gloss or self.frosted
+
+    @property
+    def caustics(self) -> bool:
+        """Whether some surfaces send light of emitters on to others as no matt one would."""
+        return self.specular or self.focus
 
 
 EVERYTHING = SceneFeatures()
@@ -80,6 +86,19 @@ def is_specular(material: Material) -> bool:
 def _frosted(material: Material) -> bool:
     mixed = material.transmission_slot is not None or not material.is_clear
     return material.transmission > 0.0 and mixed and not material.unlit
+
+
+def casts_by_lobe(material: Material) -> bool:
+    """Whether a surface of `material` may send light on in a narrow lobe that is strong enough to cast caustics."""
+    if material.unlit or material.backdrop:
+        return False
+    textured, narrow = material.metallic_roughness_slot is not None, BSDF_PARAMETERS.glossy_roughness
+    if _frosted(material) and (textured or CLEAR_ROUGHNESS < material.roughness < narrow):
+        return True
+    face = ((material.ior - 1.0) / (material.ior + 1.0)) ** 2 * material.specular * max(material.specular_color)
+    mirror = material.metallic == 1.0 and material.roughness < SURFACE_PARAMETERS.mirror
+    lobe = textured or (material.roughness < narrow and not mirror)
+    return lobe and max(material.metallic, face) > BSDF_PARAMETERS.faint
 
 
 def has_specular(scene: Scene) -> bool:
@@ -120,4 +139,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         specular=not lambertian and has_specular(scene),
         frosted=not lambertian and any(_frosted(material) for material in materials),
         coats=not lambertian and any(_coated(material) for material in materials),
+        focus=not lambertian and any(casts_by_lobe(material) for material in materials),
     )

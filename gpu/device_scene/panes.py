@@ -127,11 +127,18 @@ def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs
 
 
 @wp.func
-def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
-    """The surface that `meet` found; of a pane that is crossed by chance, what it is to rays that do not cross it."""
-    surface = surface_at(scene, hit, direction)
-    if is_pane(scene, hit.face) and (scene.coverage != wp.uint32(0) or is_mostly_glass(surface)):
+def met_of(scene: SceneData, face: int, direction: wp.vec3, surface: Surface) -> Surface:
+    """What rays along unit `direction` meet of a `surface` of triangle `face`: of a pane that is crossed by chance,
+    what it is to those that do not cross it.
+    """
+    if is_pane(scene, face) and (scene.coverage != wp.uint32(0) or is_mostly_glass(surface)):
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
         surface.crossed = surface.thin
     return surface
+
+
+@wp.func
+def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
+    """The surface that `meet` found, as `met_of` tells."""
+    return met_of(scene, hit.face, direction, surface_at(scene, hit, direction))

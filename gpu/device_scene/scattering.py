@@ -4,7 +4,15 @@ reflects. A path takes one of these.
 
 import warp as wp
 
-from gpu.device_scene.bsdf import BsdfSample, brdf_density, is_glossy, reflected, sample_brdf
+from gpu.device_scene.bsdf import (
+    BsdfSample,
+    brdf_density,
+    focused_share,
+    is_glossy,
+    reflected,
+    sample_brdf,
+    traced_share,
+)
 from gpu.device_scene.glass import glass_density, glass_value, sample_glass
 from gpu.device_scene.surface import Surface
 
@@ -76,6 +84,14 @@ def is_perfect(surface: Surface) -> bool:
 def is_narrow(surface: Surface) -> bool:
     """Whether the chosen part has a lobe so narrow, or none, that samples of the lights are not enough."""
     return surface.glass > 0.0 or surface.mirror or is_glossy(surface)
+
+
+@wp.func
+def focus_of(surface: Surface) -> float:
+    """The share of what the lobe of the chosen part sends, of light that caustics bring, which is of caustics again."""
+    if surface.glass > 0.0:
+        return traced_share(surface.roughness, 1.0)
+    return focused_share(surface)
 
 
 @wp.func

@@ -13,7 +13,7 @@ import warp as wp
 
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.parameters import parameters
-from gpu.device_scene.bsdf import even_reflectance, largest
+from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
@@ -97,12 +97,14 @@ def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp
         direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
         surface = surface_at(scene, ends.hits[index], direction)
         throughput = even_reflectance(surface, -direction) / PI
+        # Of light from emitters: caustics have the rest.
+        spread = spread_reflectance(surface, -direction, 1.0) / PI
         light = wp.vec3(0.0, 0.0, 0.0)
         vertices = wp.min(onward.chosen.vertices, onward.bounces)
         for vertex in range(vertices):
             pair = FIRST_PAIR + PAIRS_A_VERTEX * vertex
             found = emitted_irradiance(scene, onward.table, surface, number, pair, seed)
-            light += wp.cw_mul(throughput, found)
+            light += wp.cw_mul(spread, found)
             place = sobol_pair(number, pair + 2, seed)
             normal = surface.geometric_normal
             direction = cosine_direction(normal, place.x, place.y)
@@ -110,10 +112,11 @@ def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             met = light_at_hit(scene, onward.table, onward.table.all_emitters, origin, direction, hit)
             density = wp.dot(direction, normal) / PI
-            light += wp.cw_mul(throughput, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
+            light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
             if hit.face == NO_HIT or vertex + 1 == vertices:
                 break
             surface = surface_at(scene, hit, direction)
+            spread = wp.cw_mul(throughput, spread_reflectance(surface, -direction, 1.0))
             throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
             told = lookup(lit, surface.position, surface.geometric_normal)
             if told.known:

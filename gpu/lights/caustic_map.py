@@ -1,10 +1,11 @@
-"""The caustic photon map: light that mirrors and clear glass send on from emitters to other surfaces (H. W. Jensen,
-Global Illumination using Photon Maps, 1996; 2009 paper, section 3.1).
+"""The caustic photon map: light that mirrors, glass and narrow lobes send on from emitters to other surfaces
+(H. W. Jensen, Global Illumination using Photon Maps, 1996; 2009 paper, section 3.1).
 
 It has all of the paths from emitters that end so, and the global map none of them. It is made on the device, and needs
 to be made anew only where the light has changed or a frame wants photons of its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -94,7 +95,7 @@ class CausticLight:
 
 
 class CausticMap:
-    """The caustic photons of `paths` light paths over at most `bounces` mirrors and glass; `light` after `trace`. All
+    """The caustic photons of `paths` light paths over at most `bounces` casters; `light` after `trace`. All
     is allocated once.
     """
 
@@ -116,7 +117,7 @@ class CausticMap:
         """How many photons there are, (1,)."""
         return self._ends.filled
 
-    def trace(self, scene: SceneData, table: LightTable, casters: CausticCasters, seed: wp.array,
+    def trace(self, scene: SceneData, table: LightTable, casters: Sequence[CausticCasters], seed: wp.array,
               features: SceneFeatures) -> None:  # fmt: skip
         """Trace, sort and weigh new photons by `seed` (1,), of disks as narrow as the light's `share` says; there must
         be light and casters.

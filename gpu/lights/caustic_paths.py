@@ -1,22 +1,25 @@
-"""Light paths of caustics: from an emitter by mirrors and through clear glass to the first surface that is neither.
+"""Light paths of caustics: from an emitter by mirrors, clear glass and narrow lobes to a surface that has none of them.
 
-They begin where they are needed, so that neither many lamps nor small glass starve them: at a point of a mirror or of
-glass that looks for light there, as a shading point does for direct light. Of some such points with their emitters one
+They begin where they are needed, so that neither many lamps nor small glass starve them: at a point of such a surface
+that looks for light there, as a shading point does for direct light. Of some such points with their emitters one
 is resampled by what it would bring unshadowed (Talbot et al., Importance Resampling for Global Illumination, 2005), so
 that all photons bring about as much.
+
+A lobe sends by caustics what `focus_of` it tells, less the rougher it is. VPLs send the rest, as from a matt surface.
 """
 
+from collections.abc import Sequence
 from functools import cache
 
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import even_matt, even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.panes import crossing_share, is_pane, met_surface, transmittance
-from gpu.device_scene.scattering import choose_part, is_perfect, part_of
+from gpu.device_scene.panes import crossing_share, is_pane, met_of, transmittance
+from gpu.device_scene.scattering import PartChoice, choose_part, focus_of, is_perfect, part_of
 from gpu.device_scene.sides import is_solid, ray_coverage, triangle_normal
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.lights.caustic_casters import CausticCasters
@@ -49,13 +52,27 @@ class CausticStart:
 
 
 @wp.func
-def perfect_share(surface: Surface) -> float:
-    """The share of a surface that is a mirror or clear glass."""
+def sent_share(part: Surface, to_light: wp.vec3) -> float:
+    """About the share of the light from unit `to_light` that the chosen part of a surface sends on by caustics."""
+    if is_perfect(part):
+        return 1.0
+    if part.glass > 0.0:
+        return focus_of(part)
+    return wp.max(largest(even_reflectance(part, to_light) - even_matt(part)), 0.0) * focus_of(part)
+
+
+@wp.func
+def caster_share(surface: Surface, to_light: wp.vec3, lobes: bool) -> float:
+    """About the share of the light from unit `to_light` that a surface's lobes send on, or else what it has of a mirror
+    and of clear glass.
+    """
     share = float(0.0)
-    if surface.clear:
-        share = surface.glass
-    if surface.mirror:
-        share += 1.0 - surface.glass
+    for side in range(2):
+        chosen = PartChoice()
+        chosen.glass = 1.0 - float(side)
+        part = part_of(surface, chosen)
+        if is_perfect(part) != lobes:
+            share += wp.where(side == 0, surface.glass, 1.0 - surface.glass) * sent_share(part, to_light)
     return share
 
 
@@ -84,14 +101,15 @@ def caustic_start(scene: SceneData, table: LightTable, casters: CausticCasters, 
         return start
     to_light = start.light.direction
     share = float(1.0)
+    surface = surface_at(scene, hit, -to_light)
     if is_pane(scene, hit.face):
-        share -= crossing_share(surface_at(scene, hit, -to_light), -to_light)
+        share -= crossing_share(surface, -to_light)
     scene.coverage = wp.uint32(1)  # sheets are crossed by chance, in which light is none of a caustic
-    start.surface = met_surface(scene, hit, -to_light)
+    start.surface = met_of(scene, hit.face, -to_light, surface)
     start.surface.coat = 0.0
     cosine = wp.dot(start.surface.geometric_normal, to_light)
     start.flux = start.light.irradiance * (share * cosine * casters.areas[caster.index] / caster.probability)
-    start.weight = brightness(start.flux) * perfect_share(start.surface)
+    start.weight = brightness(start.flux) * caster_share(start.surface, to_light, casters.lobes)
     if wp.dot(triangle_normal(scene, hit.face), to_light) < 0.0 and not start.surface.thin:
         start.weight *= BEHIND
     return start
@@ -102,42 +120,56 @@ def chosen_start(scene: SceneData, table: LightTable, casters: CausticCasters, p
     """Where a path begins, with the flux that it stands for [W]; with the weight 0 if none of the candidates is lit."""
     weights = Weights()
     total = float(0.0)
-    for candidate in range(CANDIDATES):
-        weights[candidate] = caustic_start(scene, table, casters, path * CANDIDATES + candidate, seed).weight
-        total += weights[candidate]
-    if total <= 0.0:
-        return CausticStart()
-    rest = sobol_pair(path, CHOICE_PAIR, seed).x * total
     chosen = int(0)
-    for candidate in range(CANDIDATES):
-        # Rounding may leave a rest at the end: the last candidate with any weight takes it.
-        if rest >= 0.0 and weights[candidate] > 0.0:
-            chosen = candidate
-            rest -= weights[candidate]
-    start = caustic_start(scene, table, casters, path * CANDIDATES + chosen, seed)
+    start = CausticStart()
+    # The last turn looks at the chosen one again: in one place for all, else the kernel takes long to compile.
+    for turn in range(CANDIDATES + 1):
+        if turn == CANDIDATES:
+            if total <= 0.0:
+                return CausticStart()
+            rest = sobol_pair(path, CHOICE_PAIR, seed).x * total
+            for candidate in range(CANDIDATES):
+                # Rounding may leave a rest at the end: the last candidate with any weight takes it.
+                if rest >= 0.0 and weights[candidate] > 0.0:
+                    chosen = candidate
+                    rest -= weights[candidate]
+        start = caustic_start(
+            scene, table, casters, path * CANDIDATES + wp.where(turn < CANDIDATES, turn, chosen), seed
+        )
+        if turn < CANDIDATES:
+            weights[turn] = start.weight
+            total += start.weight
     start.flux = start.flux * (total / (start.weight * float(CANDIDATES)))
     return start
 
 
 @cache
-def caustic_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
+def caustic_path_kernel(texels: bool, environment: bool, glass: bool, lobes: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
+    with glass or not, and with lobes that cast caustics or not.
+    """
 
     # As for direct light, whose candidates are looked at likewise.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def caustic_path_kernel(first: int, scene: SceneData, table: LightTable, casters: CausticCasters, bounces: int,
-                            seeds: wp.array[int], out: Vpls) -> None:  # fmt: skip
-        """One thread a path: a photon where it ends, with the flux that arrives; flux 0 if there is none.
+                            begin: int, paths: int, seeds: wp.array[int], out: Vpls) -> None:  # fmt: skip
+        """One thread a path of the `paths` from these casters, whose places are from `begin` on: a photon where it
+        ends, with the flux that arrives; flux 0 if there is none.
 
-        A path meets `bounces` mirrors and glass at most. seeds: one element.
+        A path meets `bounces` casters at most, and ends after gloss. Where a lobe sends a part on and the rest is
+        shown, one of both is drawn by how bright they are. seeds: one element.
         """
         path = first + wp.tid()
+        place = begin + path
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
         if wp.static(not environment):
             scene.has_environment = False
-        out.flux[path] = wp.vec3(0.0, 0.0, 0.0)
+        if wp.static(not glass):
+            scene.pane_count = 0
+            scene.transmissive = False
+        out.flux[place] = wp.vec3(0.0, 0.0, 0.0)
         seed = seeds[0]
         start = chosen_start(scene, table, casters, path, seed)
         if start.weight <= 0.0:
@@ -146,20 +178,42 @@ def caustic_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
         to_light = start.light.direction
         scene.coverage = ray_coverage(path, 0, seed)
         left = transmittance(scene, surface.position, surface.geometric_normal, start.light.point, start.light.normal)
-        flux = wp.cw_mul(start.flux, left) / float(out.flux.shape[0])
+        flux = wp.cw_mul(start.flux, left) / float(paths)
         absorption = wp.vec3(0.0, 0.0, 0.0)
+        scattered = bool(False)
+        ends = bool(False)
         for vertex in range(bounces + 1):
             if largest(flux) <= 0.0:
                 return
-            chosen = choose_part(surface, to_light, sobol_pair(path, CHOICE_PAIR + 1 + vertex, seed).x)
+            pick = sobol_pair(path, CHOICE_PAIR + 1 + vertex, seed)
+            chosen = choose_part(surface, to_light, pick.x)
             part = part_of(surface, chosen)
-            if not is_perfect(part):
+            onward = wp.where(is_perfect(part), 1.0, 0.0)
+            if wp.static(lobes):
+                if vertex == 0:
+                    onward = wp.where(is_perfect(part) != casters.lobes, 1.0, 0.0)
+                elif ends:
+                    onward = 0.0
+                elif not is_perfect(part):
+                    onward = sent_share(part, to_light)
+                    if onward > 0.0 and part.glass == 0.0:
+                        onward = onward / (onward + largest(spread_reflectance(part, to_light, 1.0)))
+            if pick.y >= onward:
                 if vertex > 0:
-                    out.position[path] = surface.position
-                    out.normal[path] = surface.geometric_normal
-                    out.flux[path] = flux
+                    out.position[place] = surface.position
+                    out.normal[place] = surface.geometric_normal
+                    out.flux[place] = flux / (1.0 - onward)
                 return
-            flight = sent_on(part, to_light, flux, absorption, chosen.rest, 0.5, 0.5)
+            flux = flux / onward
+            facet = sobol_pair(path, CHOICE_PAIR + 2 + bounces + vertex, seed)
+            if wp.static(lobes):
+                # To light paths, all but frosted glass is matt from here on.
+                ends = part.glass == 0.0 and (scattered or not is_perfect(part))
+                scattered = scattered or not is_perfect(part)
+                if not is_perfect(part):
+                    part.diffuse = wp.vec3(0.0, 0.0, 0.0)
+                    flux = flux * focus_of(part)
+            flight = sent_on(part, to_light, flux, absorption, chosen.rest, facet.x, facet.y)
             absorption = flight.absorption
             arrival = arrived(scene, flight, ray_coverage(path, vertex + 1, seed))
             if arrival.face == NO_HIT:
@@ -171,9 +225,13 @@ def caustic_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
     return caustic_path_kernel
 
 
-def trace_caustic_paths(scene: SceneData, table: LightTable, casters: CausticCasters, bounces: int, seed: wp.array,
-                        features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
-    """Trace a path to each place of `out`, over at most `bounces` mirrors and glass, by `seed` (1,)."""
-    kernel = caustic_path_kernel(features.texels, features.environment)
-    inputs = [scene, table, casters, bounces, seed, out]
-    launch(kernel, len(out.flux), inputs, out.flux.device)
+def trace_caustic_paths(scene: SceneData, table: LightTable, casters: Sequence[CausticCasters], bounces: int,
+                        seed: wp.array, features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
+    """Trace paths to the places of `out`, over at most `bounces` casters, by `seed` (1,); each kind has its share."""
+    kernel = caustic_path_kernel(features.texels, features.environment, features.glass, features.focus)
+    out.flux.zero_()
+    begin = 0
+    for kind in casters:
+        paths = int(kind.share * len(out.flux))
+        launch(kernel, paths, [scene, table, kind, bounces, begin, paths, seed, out], out.flux.device)
+        begin += paths

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import BsdfSample, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.panes import meet, met_surface
@@ -59,11 +59,15 @@ def sent_on(part: Surface, to_light: wp.vec3, flux: wp.vec3, absorption: wp.vec3
     absorption: of where it comes from; choice: of the side of glass; x, y: of the facet of frosted
     glass; all uniform in [0, 1).
     """
-    sample = sample_scattering(part, to_light, choice, x, y)
-    if largest(sample.weight) <= 0.0:
-        # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
-        part.normal = part.geometric_normal
+    # One place for both, else kernels take long to compile.
+    sample = BsdfSample()
+    attempt = int(0)
+    while attempt < 2 and largest(sample.weight) <= 0.0:
+        if attempt == 1:
+            # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
+            part.normal = part.geometric_normal
         sample = sample_scattering(part, to_light, choice, x, y)
+        attempt += 1
     flight = Flight()
     flight.direction = sample.direction
     flight.origin = offset_origin(part.position, part.geometric_normal, sample.direction)

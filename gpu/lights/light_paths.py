@@ -12,11 +12,12 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
-from gpu.device_scene.bsdf import even_reflectance, largest
+from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.scattering import focus_of
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
@@ -24,6 +25,9 @@ from gpu.lights.light_chain import Flight, sent_on, unscattered
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
+
+# Of even light, by which what arrives is divided.
+LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
 
 
 @wp.struct
@@ -51,10 +55,11 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: bool, arriving: bool) -> wp.Kernel:
+def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: bool, lobes: bool,
+                      arriving: bool) -> wp.Kernel:  # fmt: skip
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    with mirrors or clear glass or not, and with frosted glass or not; arriving: flux is what arrives, as photons have
-    it, else what is reflected.
+    with mirrors or clear glass or not, with frosted glass or not, and with lobes that cast caustics or not; arriving:
+    flux is what arrives, as photons have it, but for what caustics send on, else what is reflected.
     """
 
     @wp.kernel(module="unique")
@@ -73,6 +78,7 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: 
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal. Light goes
         on from mirrors and clear glass that emitters light; what other surfaces send finds these matt, or not there.
         Of frosted glass, a face reflects or lets through; what it does is sent to that side as from a matt surface.
+        What lobes send on as caustics, no VPL sends.
         """
         path = first + wp.tid()
         if wp.static(not texels):
@@ -105,6 +111,8 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: 
             flux = chain.flight.flux
             begin = chain.bounce
         absorption = wp.vec3(0.0, 0.0, 0.0)
+        # As of gpu.device_scene.bsdf.spread_reflectance.
+        focused = float(1.0)
         for bounce in range(begin, bounces):
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
@@ -130,7 +138,8 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: 
                     out.normal[slot] = wp.where(crosses, -surface.geometric_normal, surface.geometric_normal)
                     out.bounce[slot] = bounce
                     out.light[slot] = particle.light
-                    out.flux[slot] = flight.flux
+                    focused *= focus_of(surface)
+                    out.flux[slot] = flight.flux * (1.0 - focused)
                     flux = flight.flux
                     direction = flight.direction
                     origin = flight.origin
@@ -144,8 +153,14 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: 
             if wp.static(arriving):
                 out.flux[slot] = flux
             reflectance = even_reflectance(surface, -direction)
+            if wp.static(lobes):
+                sent = wp.cw_mul(flux, spread_reflectance(surface, -direction, focused))
+                if wp.static(arriving):
+                    sent = wp.cw_div(sent, wp.max(reflectance, LEAST_REFLECTED))
+                out.flux[slot] = sent
+                focused = 0.0
             flux = wp.cw_mul(flux, reflectance)
-            if wp.static(not arriving):
+            if wp.static(not arriving and not lobes):
                 out.flux[slot] = flux
             survival = largest(reflectance)
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
@@ -218,7 +233,7 @@ class PathEnds:
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
         has = features
-        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.frosted, self._arriving)
+        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.frosted, has.focus, self._arriving)
         launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
         self.put_in_order()
 

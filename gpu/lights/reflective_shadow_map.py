@@ -14,7 +14,7 @@ import warp as wp
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.morton import pixel_of_morton_2d
-from gpu.device_scene.bsdf import even_reflectance, largest
+from gpu.device_scene.bsdf import largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -122,7 +122,7 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
         share = float(width) * TO_UNIT / float(rays)
         out.position[pixel] = surface.position
         out.normal[pixel] = surface.geometric_normal
-        out.flux[pixel] = wp.cw_mul(particle.flux, even_reflectance(surface, -direction)) * share
+        out.flux[pixel] = wp.cw_mul(particle.flux, spread_reflectance(surface, -direction, 1.0)) * share
 
     return shadow_map_kernel
 

@@ -1,4 +1,4 @@
-"""The stage of caustics, which methods with a G-buffer share: photons that are aimed at mirrors and glass, gathered at
+"""The stage of caustics, which methods with a G-buffer share: photons aimed at mirrors, glass and gloss, gathered at
 every pixel.
 """
 
@@ -44,8 +44,8 @@ def radius_share(sample: int, chosen: StillCausticParameters = STILL_CAUSTIC_PAR
 
 
 def caustics_of(setup: RenderSetup, frame: FrameArrays) -> "Caustics | None":
-    """Those of a scene with mirrors or clear glass, where more than direct light is wanted."""
-    wanted = frame.features.specular and setup.settings.component is not Component.DIRECT
+    """Those of a scene that may have some, where more than direct light is wanted."""
+    wanted = frame.features.caustics and setup.settings.component is not Component.DIRECT
     return Caustics(setup, frame) if wanted else None
 
 
@@ -57,7 +57,7 @@ class Caustics:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._map = CausticMap(setup.sample_counts.caustic_photons, setup.bounces, setup.device)
-        self._casters: CausticCasters | None = None
+        self._casters: list[CausticCasters] = []
         self._version, self._traced = -1, (-1, -1)
         self._seed = wp.zeros(1, dtype=int, device=setup.device)
         self._counter = Counter(1, setup.device)
@@ -80,7 +80,7 @@ class Caustics:
 
     def _trace(self) -> None:
         frame, casters, table = self._frame, self._casters, self._setup.light_sets.table
-        if casters is None or casters.choice.count == 0 or table.count == 0:
+        if not casters or table.count == 0:
             self._map.clear()
         else:
             self._map.trace(frame.scene, table, casters, self._seed, frame.features)

@@ -90,7 +90,7 @@ class RenderMethod(ABC, Generic[View]):
     @classmethod
     def caustic_bytes(cls, has: SceneFeatures, sample_counts: SampleCounts) -> int:
         """Device memory [bytes] that caustics take of a scene of these features."""
-        return cls.caustic_photon_bytes * sample_counts.caustic_photons * has.specular
+        return cls.caustic_photon_bytes * sample_counts.caustic_photons * has.caustics
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -64,9 +64,11 @@ def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def ray_ends_kernel(first: int, lanes: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
-                        lit: RadiosityCache, reflectance: wp.array[wp.vec3], ends: wp.array[int]) -> None:  # fmt: skip
-        """`lanes` threads a VPL: where it is gathered, the reflectance of its surface, and for each ray the VPL that
-        answers for where it ends, −1 for none: ends (vpl, sample), flattened.
+                        lit: RadiosityCache, reflectance: wp.array[wp.vec3], spread: wp.array[wp.vec3],
+                        ends: wp.array[int]) -> None:  # fmt: skip
+        """`lanes` threads a VPL: where it is gathered, the reflectance of its surface, without what caustics have of
+        light from emitters in `spread`, and for each ray the VPL that answers for where it ends, −1 for none: ends
+        (vpl, sample), flattened.
         """
         index = first + wp.tid()
         vpl = index // lanes
@@ -78,7 +80,9 @@ def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
             scene.textured = False
         normal = lit.normal[vpl]
         if lane == 0:
-            reflectance[vpl] = reflectance_at(scene, lit.position[vpl], normal)
+            surface = reflectance_at(scene, lit.position[vpl], normal)
+            reflectance[vpl] = surface.even
+            spread[vpl] = surface.spread
         origin = lifted(lit.position[vpl], normal)
         seed = pixel_seed(vpl, GATHER_SEED)
         for number in range(lane, chosen.samples, lanes):
@@ -107,7 +111,7 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def emitters_kernel(first: int, lanes: int, scene: SceneData, table: LightTable, covered: wp.array[int],
-                        chosen: GatherParameters, reflectance: wp.array[wp.vec3],
+                        chosen: GatherParameters, reflectance: wp.array[wp.vec3], spread: wp.array[wp.vec3],
                         lit: RadiosityCache) -> None:  # fmt: skip
         """`lanes` threads a VPL: where it is gathered, its radiosity is what it reflects of emitters [W/m²]."""
         index = first + wp.tid()
@@ -136,7 +140,7 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
                 irradiance += wp.cw_mul(sample.irradiance, reached) * cosine
         irradiance = vector_sum(irradiance, lanes)
         if lane == 0:
-            lit.radiosity[vpl] = wp.cw_mul(reflectance[vpl], irradiance) / float(chosen.samples)
+            lit.radiosity[vpl] = wp.cw_mul(spread[vpl], irradiance) / float(chosen.samples)
 
     return emitters_kernel
 
@@ -179,15 +183,15 @@ class RadiosityGather:
         self._emitters = emitters_kernel(features.texels, features.environment)
         self._scene, self._table, self._chosen, self.device = scene, table, chosen, device
         self._rounds = chosen.rounds if bounces > 1 else 0
-        self._emitted, self._gathered, self._reflectance = (
-            wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(3)
+        self._emitted, self._gathered, self._reflectance, self._spread = (
+            wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(4)
         )
         self._ends = wp.zeros(room * chosen.samples, dtype=int, device=device)
 
     def run(self, lit: RadiosityCache, covered: wp.array) -> None:
         """Have it in `lit`; covered: as of disk_coverage_kernel."""
         lanes, threads = self._threads(lit)
-        inputs = [lanes, self._scene, covered, self._chosen, lit, self._reflectance, self._ends]
+        inputs = [lanes, self._scene, covered, self._chosen, lit, self._reflectance, self._spread, self._ends]
         launch(self._ray_ends, threads, inputs, self.device)
         self.relight(lit, covered)
 
@@ -195,7 +199,7 @@ class RadiosityGather:
         """As `run`, where nothing but light has changed since."""
         chosen, device = self._chosen, self.device
         lanes, threads = self._threads(lit)
-        inputs = [lanes, self._scene, self._table, covered, chosen, self._reflectance, lit]
+        inputs = [lanes, self._scene, self._table, covered, chosen, self._reflectance, self._spread, lit]
         launch(self._emitters, threads, inputs, device)
         wp.copy(self._emitted, lit.radiosity)
         inputs = [lanes, covered, chosen, self._ends, self._reflectance, lit, self._emitted, self._gathered]

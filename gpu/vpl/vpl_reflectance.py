@@ -5,7 +5,7 @@ from functools import cache
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.bsdf import even_reflectance, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
@@ -15,14 +15,26 @@ from gpu.device_scene.surface import surface_at
 BELOW = wp.constant(1.0e-4)
 
 
+@wp.struct
+class VplReflectance:
+    """What the surface at a VPL reflects of even light, without its glass; spread: without what caustics have of light
+    from emitters.
+    """
+
+    even: wp.vec3
+    spread: wp.vec3
+
+
 @wp.func
-def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
-    """What the surface at a VPL reflects of even light, without its glass; zero where there is none."""
+def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplReflectance:
+    """That at a VPL; zero where there is no surface."""
+    found = VplReflectance()
     hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
-    if hit.face == NO_HIT:
-        return wp.vec3(0.0, 0.0, 0.0)
-    surface = surface_at(scene, hit, -normal)
-    return even_reflectance(surface, normal) * (1.0 - surface.glass)
+    if hit.face != NO_HIT:
+        surface = surface_at(scene, hit, -normal)
+        found.even = even_reflectance(surface, normal) * (1.0 - surface.glass)
+        found.spread = spread_reflectance(surface, normal, 1.0) * (1.0 - surface.glass)
+    return found
 
 
 @cache
@@ -42,7 +54,7 @@ def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
-        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl])
+        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl]).even
 
     return vpl_reflectance_kernel
 

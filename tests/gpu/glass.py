@@ -1,6 +1,7 @@
 """Mirrors and clear glass for tests, and the caustic photons that they send on."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
@@ -38,10 +39,14 @@ def bulb(*position: float, intensity: float = 1.0) -> Light:
     return Light("bulb", LightKind.POINT, (intensity,) * 3, position=position)
 
 
-def mirror_over_floor(*lights: Light, parts: Sequence[MeshPart] = ()) -> DeviceScene:
-    """A mirror of 0.2 by 0.2 that lies in the middle of a room, facing down, over the room's floor; parts: more."""
+def mirror_over_floor(*lights: Light, parts: Sequence[MeshPart] = (), roughness: float = 0.0) -> DeviceScene:
+    """A mirror of 0.2 by 0.2 that lies in the middle of a room, facing down, over the room's floor; parts: more;
+    roughness: of metal instead.
+    """
     mirror = quad([-0.1, 0.0, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 0)
-    return resident_of([mirror, *box(1), *parts], [MIRROR, grey(0.5)], lights=list(lights))
+    return resident_of(
+        [mirror, *box(1), *parts], [replace(MIRROR, roughness=roughness), grey(0.5)], lights=list(lights)
+    )
 
 
 def caustics_of(

@@ -22,7 +22,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats")
+    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats", "focus")
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -84,6 +84,29 @@ def test_mirrors_and_clear_glass_are_specular(material: Material, specular: bool
     scene = scene_of(box(), [material], textures=[texture])
     assert scene_features(scene, lambertian=False).specular == specular
     assert not scene_features(scene, lambertian=True).specular
+
+
+@pytest.mark.parametrize(
+    ("material", "casts"),
+    [
+        (Material(metallic=1.0, roughness=0.2), True),
+        (Material(metallic=1.0, roughness=0.5), False),
+        (Material(metallic=1.0, roughness=0.02), False),
+        (Material(metallic=0.05, roughness=0.2), False),
+        (Material(roughness=0.2, ior=1.8), False),
+        (Material(roughness=0.2, ior=2.4), True),
+        (Material(metallic=1.0, metallic_roughness_slot=TextureSlot(0)), True),
+        (Material(metallic=1.0, roughness=0.2, unlit=True), False),
+        (Material(transmission=1.0, roughness=0.05), False),
+        (Material(transmission=1.0, roughness=0.3), True),
+    ],
+)
+def test_lobes_of_metal_and_frosted_glass_cast_caustics_and_those_of_paint_do_not(
+    material: Material, casts: bool
+) -> None:
+    texture = Texture("smooth", np.zeros((1, 1, 4), np.uint8), srgb=False)
+    scene = scene_of(box(), [material], textures=[texture])
+    assert scene_features(scene, lambertian=False).focus == casts
 
 
 @pytest.mark.parametrize(

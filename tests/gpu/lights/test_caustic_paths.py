@@ -24,6 +24,24 @@ def test_a_mirror_sends_on_what_it_gets_as_if_from_behind_it() -> None:
     assert np.abs(positions[:, [0, 2]]).max() == pytest.approx(0.1 * 0.8 / 0.3, rel=0.01)
 
 
+@pytest.mark.parametrize(("roughness", "share"), [(0.1, 1.0), (0.3, 1.0), (0.45, 0.495), (0.48, 0.196), (0.5, 0.0)])
+def test_metal_sends_less_by_caustics_the_rougher_it_is(roughness: float, share: float) -> None:
+    """Up to a roughness of 0.4 all that it reflects, from 0.5 on nothing."""
+    positions, _, flux = photons_in(caustics_of(mirror_over_floor(LAMP, roughness=roughness), PATHS))
+    assert flux[:, 0].sum() == pytest.approx(solid_angle(0.1, 0.3) * share, rel=0.03)
+    if roughness == 0.1:  # the floor that a mirror lights
+        below = (positions[:, 1] < -0.499) & (np.abs(positions[:, [0, 2]]).max(axis=1) < 0.1 * 0.8 / 0.3)
+        assert 0.9 < below.mean() < 0.99
+
+
+def test_light_of_a_lobe_ends_at_the_next_surface_which_is_matt_to_light_paths() -> None:
+    plate = quad([-0.1, -0.45, -0.1], [0.0, 0.0, 0.2], [0.2, 0.0, 0.0], 0)
+    for roughness, some in ((0.1, True), (0.0, False)):  # mirrors send all of it on
+        scene = mirror_over_floor(bulb(0.0, -0.15, 0.0), parts=[plate], roughness=roughness)
+        positions = photons_in(caustics_of(scene, PATHS))[0]
+        assert bool((np.abs(positions[:, 1] + 0.45) < 1e-4).mean() > 0.05) == some
+
+
 def test_photons_bring_about_as_much_each() -> None:
     flux = photons_in(caustics_of(mirror_over_floor(LAMP), PATHS))[2][:, 0]
     assert flux.std() < 0.3 * flux.mean()
