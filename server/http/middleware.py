@@ -20,6 +20,7 @@ from server.refusals import TooBusyError
 from server.service import WAITING_OF_ALL, Service
 
 BODY_SECONDS = 30.0  # for a body to arrive
+REFUSAL_SECONDS = 1.0  # that a client waits for its refusal that took too much
 SPARE_REQUESTS = 64  # that may be answered at once, beside the stills that wait
 
 
@@ -102,6 +103,7 @@ class RequestLimit:
             await error_response(503, "stopping", "the service is stopping")(scope, receive, send)
         elif self._service.efforts.empty(asker.get()):
             self._service.metrics.refused("effort")
+            await asyncio.sleep(REFUSAL_SECONDS)  # else asking again would take as much
             text = "what you asked for took too much of this server's time; try again later"
             await error_response(429, "too-busy", text)(scope, receive, send)
         else:
