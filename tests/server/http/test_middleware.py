@@ -58,6 +58,8 @@ def test_more_requests_than_there_is_room_for_are_told_to_retry(
         while (response := running.http.get("/api/v1/scenes")).status_code == 200 and not still.done():
             pass
         assert running.http.get("/healthz").status_code == 200
+        other = {"X-Forwarded-For": "192.0.2.1"}  # half of the room is for others
+        assert running.http.get("/api/v1/scenes", headers=other).status_code == 200
         assert still.result(10).status_code == 200
     assert (response.status_code, response.json()["code"]) == (503, "too-busy")
     assert "Retry-After" in response.headers
