@@ -36,7 +36,7 @@ EDIT_RATE, EDIT_BURST = 40.0, 80.0
 PICK_RATE, PICK_BURST = 10.0, 40.0
 
 # What a client's requests and messages may let others wait for in the web process, in ms of a core: a second, at once.
-EFFORT_RATE, EFFORT_BURST = 200.0, 500.0
+EFFORT_RATE, EFFORT_BURST = 200.0, 1000.0
 
 
 class Assigner(Protocol):
