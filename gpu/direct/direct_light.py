@@ -24,6 +24,7 @@ from gpu.direct.light_selection import LightPick, LightProbes, LightSelection, b
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
+from gpu.sampling.resampling import candidate_at
 from gpu.sampling.sobol import Pair, sobol_pair_at
 
 # Light samples of which one gets the shadow ray, one of each of so many strata of all light: the length of vectors.
@@ -97,32 +98,28 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
     """
     pick = sobol_pair_at(samples.place, moment, 0, samples.seed)
     point = sobol_pair_at(samples.place, moment, 1, samples.seed)
+    light = LightPick()
+    sample = LightSample()
+    unshadowed = wp.vec3()
     weights = Weights()
     total = float(0.0)
-    for candidate in range(CANDIDATES):
+    weight = float(0.0)
+    # Its last turn is the chosen one's again: written apart, that would double the code of a kernel.
+    for turn in range(CANDIDATES + 1):
+        candidate = turn
+        if turn == CANDIDATES:
+            if total <= 0.0:
+                return wp.vec3(0.0, 0.0, 0.0)
+            candidate = candidate_at(weights, pick.y * total)
+            weight = weights[candidate]
         light = candidate_pick(samples, pick, candidate)
         sample = sample_light(scene, table, table.sampled, surface.position, light.value, point)
-        likely = light.visible / light.density
-        weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy)) * likely
-        total += weights[candidate]
-    if total <= 0.0:
-        return wp.vec3(0.0, 0.0, 0.0)
-    rest = pick.y * total
-    chosen = int(-1)
-    weight = float(0.0)
-    for candidate in range(CANDIDATES):
-        # Rounding may leave a rest at the end: the last candidate with any weight takes it.
-        if rest >= 0.0 and weights[candidate] > 0.0:
-            chosen = candidate
-            weight = weights[candidate]
-            rest -= weight
-    light = candidate_pick(samples, pick, chosen)
-    sample = sample_light(scene, table, table.sampled, surface.position, light.value, point)
+        unshadowed = unshadowed_light(surface, view, sample, glossy)
+        if turn < CANDIDATES:
+            weights[turn] = largest(unshadowed) * (light.visible / light.density)
+            total += weights[turn]
     reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
-    if largest(reached) <= 0.0:
-        return reached
-    likely = total / (weight * light.density * float(CANDIDATES))
-    return wp.cw_mul(reached, unshadowed_light(surface, view, sample, glossy) * likely)
+    return wp.cw_mul(reached, unshadowed * (total / (weight * light.density * float(CANDIDATES))))
 
 
 @wp.func
