@@ -1,7 +1,6 @@
 """What a scene has, so that kernels are compiled without the code for what it has not, in fewer registers.
 
-Functions ask while they run, as in `if scene.textured`. A kernel that is made for some features writes over what it
-asks with a constant, which the compiler follows into all that the kernel calls.
+gpu.device_scene.specialisation makes such kernels.
 """
 
 from dataclasses import dataclass
@@ -20,13 +19,15 @@ ONE_LAMP = 2
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
-    one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
-    their own; environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as
-    `has_several_lamps` tells; specular: as `has_specular` tells; frosted: glass that scatters what goes through, or
-    is in part something else; coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells.
+    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; glass: any
+    that transmits; panes: as Material.is_clear tells; textures; one_sided: backs that cameras do not see; backdrop:
+    a sky of triangles; gloss: lobes so narrow that they get rays of their own; environment: a picture of the light
+    around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells; specular: as `has_specular` tells;
+    frosted: glass that scatters what goes through, or is in part something else; coats: clear ones over other
+    surfaces, which are glossy; focus: as `casts_by_lobe` tells.
     """
 
+    masks: bool = True
     alpha: bool = True
     glass: bool = True
     panes: bool = True
@@ -41,11 +42,6 @@ class SceneFeatures:
     frosted: bool = True
     coats: bool = True
     focus: bool = True
-
-    @property
-    def texels(self) -> bool:
-        """Whether images must be read at all."""
-        return self.alpha or self.textures
 
     @property
     def lobes(self) -> bool:
@@ -123,10 +119,11 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
                    assume_gloss: bool = False) -> SceneFeatures:  # fmt: skip
     """What `scene` has, and what is to be assumed of it. lambertian: its surfaces are opaque and Lambertian."""
     materials = scene.materials
-    alpha = not lambertian and any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
+    masks = any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
     gloss = not lambertian and any(_glossy(material) for material in materials)
     return SceneFeatures(
-        alpha=alpha or assume_alpha,
+        masks=masks or assume_alpha,
+        alpha=(masks and not lambertian) or assume_alpha,
         glass=not lambertian and any(material.transmission > 0.0 for material in materials),
         panes=not lambertian and any(material.is_clear and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,

@@ -122,6 +122,12 @@ def occluded_solid(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t:
     return scene.masked_count > 0 and any_hit(scene.masked, origin, direction, max_t)
 
 
+@wp.func
+def occluded_opaque(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """As `occluded` for a scene without masks."""
+    return scene.opaque_count > 0 and any_hit(scene.opaque, origin, direction, max_t)
+
+
 @wp.struct
 class Segment:
     """What lies between two surface points: from `origin` along unit `direction`; length 0 when nothing can."""
@@ -169,6 +175,13 @@ def unblocked_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3,
 
 
 @wp.func
+def unblocked_opaque(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `unblocked` for a scene without masks."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded_opaque(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
 def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
     """Whether two surface points, given with the geometric normals of their sides, see each other's sides.
 
@@ -187,16 +200,31 @@ def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3,
     return unblocked_solid(scene, p, p_normal, q, q_normal)
 
 
+@wp.func
+def connected_opaque(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `connected` for a scene without masks."""
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return False
+    return unblocked_opaque(scene, p, p_normal, q, q_normal)
+
+
+def _cheapest(scene: SceneData, masked: wp.Function, solid: wp.Function, opaque: wp.Function) -> wp.Function:
+    """Of functions that look at masks, take them for solid, or leave them out: the last that is right for `scene`."""
+    if scene.alpha:
+        return masked
+    return solid if scene.masked_count > 0 else opaque
+
+
 def connection(scene: SceneData) -> wp.Function:
-    """The cheaper of `connected` and `connected_solid` that is right for `scene`."""
-    return connected if scene.alpha else connected_solid
+    """The cheapest of `connected` and its variants that is right for `scene`."""
+    return _cheapest(scene, connected, connected_solid, connected_opaque)
 
 
 def free_path(scene: SceneData) -> wp.Function:
-    """The cheaper of `unblocked` and `unblocked_solid` that is right for `scene`."""
-    return unblocked if connection(scene) is connected else unblocked_solid
+    """The cheapest of `unblocked` and its variants that is right for `scene`."""
+    return _cheapest(scene, unblocked, unblocked_solid, unblocked_opaque)
 
 
 def blocking(scene: SceneData) -> wp.Function:
-    """The cheaper of `occluded` and `occluded_solid` that is right for `scene`."""
-    return occluded if scene.alpha else occluded_solid
+    """The cheapest of `occluded` and its variants that is right for `scene`."""
+    return _cheapest(scene, occluded, occluded_solid, occluded_opaque)

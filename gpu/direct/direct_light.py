@@ -6,8 +6,6 @@ emitters, candidates are of those that the surfaces around see (gpu.direct.light
 the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
@@ -19,6 +17,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.direct.light_selection import LightPick, LightProbes, LightSelection, bins_at, learnt_pick
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
@@ -191,10 +190,10 @@ def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes 
     return samples
 
 
-@cache
-def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool, panes: bool,
-                        environment: bool, learnt: bool) -> wp.Kernel:  # fmt: skip
-    """The kernel for scenes with or without these of gpu.device_scene.features; learnt: samples have a selection."""
+@made_for(*LOOK, "gloss", "backdrop", "panes", "environment")
+def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
+    """The kernel for scenes of these `features`; learnt: samples have a selection."""
+    specialise = specialisation(features)
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
@@ -219,18 +218,7 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
         soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
         if gbuffer.face[pixel] == NO_HIT:
             return
-        if wp.static(not alpha):
-            scene.ignore_alpha = True
-        if wp.static(not textures):
-            scene.textured = False
-        if wp.static(not gloss):
-            scene.glossy = False
-        if wp.static(not backdrop):
-            scene.backdrop_count = 0
-        if wp.static(not panes):
-            scene.pane_count = 0
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
@@ -262,8 +250,7 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
-    has, learnt = features, bool(samples.selection.columns)
-    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes, has.environment, learnt)
+    kernel = direct_light_kernel(features, bool(samples.selection.columns))
     inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
     launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 

@@ -1,7 +1,6 @@
 """Shading points (SPs): primary rays, and what is needed to shade where they end. Step 3 of the 2022 paper."""
 
 from enum import Enum
-from functools import cache
 
 import warp as wp
 
@@ -12,6 +11,7 @@ from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, trac
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.scattering import coat_share
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
@@ -101,12 +101,10 @@ class Lobes(Enum):
     FOLLOWED = "followed"
 
 
-@cache
-def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool,
-                       lobes: Lobes, frosted: bool, coats: bool) -> wp.Kernel:  # fmt: skip
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features.
-    """
+@made_for(*LOOK, "one_sided", "backdrop", "specular", "environment", "frosted", "coats")
+def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise, frosted, coats = specialisation(features), features.frosted, features.coats
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
@@ -119,23 +117,11 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
     ) -> None:
         """One thread a pixel: its ray and the surface that it ends at. cameras: one element."""
         pixel = first + wp.tid()
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not one_sided):
-            scene.one_sided = False
-        if wp.static(not backdrop):
-            scene.backdrop_count = 0
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
-        if wp.static(not specular):
-            scene.specular = False
         if wp.static(lobes is Lobes.FOLLOWED):
             scene.specular = True
-        if wp.static(not coats):
-            scene.coated = False
         samples.lobes = wp.static(lobes is Lobes.FOLLOWED)
         end = seen_end(scene, ray, pixel, image, samples, False)
         out.face[pixel] = end.face
@@ -179,10 +165,8 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
 def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int], out: GBuffer, samples: ChainSamples,
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
-    inputs, has = [scene, camera, image_size(size), samples, out], features
+    inputs = [scene, camera, image_size(size), samples, out]
     lobes = Lobes.TRACED if out.traces_gloss else Lobes.EVEN
     if samples.lobes:
         lobes = Lobes.FOLLOWED
-    variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
-    kernel = primary_ray_kernel(*variant, lobes, has.frosted, has.coats)
-    launch(kernel, size[0] * size[1], inputs, out.face.device)
+    launch(primary_ray_kernel(features, lobes), size[0] * size[1], inputs, out.face.device)

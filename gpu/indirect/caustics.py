@@ -4,8 +4,6 @@ Disks are of the photons, not of the points: light then does not spread over wha
 reads little more than the photons that light it.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.clustering.grid import separation
@@ -14,6 +12,7 @@ from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.lights.caustic_map import CausticLight
 from gpu.lights.disk_grid import CORNERS, LEVELS, bucket_at, disk_level, reaches
@@ -44,9 +43,10 @@ def caustic_irradiance(scene: SceneData, lit: CausticLight, position: wp.vec3, n
     return total
 
 
-@cache
-def caustic_kernel(texels: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+@made_for(*LOOK)
+def caustic_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def caustic_kernel(first: int, scene: SceneData, gbuffer: GBuffer, lit: CausticLight,
@@ -55,9 +55,7 @@ def caustic_kernel(texels: bool) -> wp.Kernel:
         pixel = first + wp.tid()
         if gbuffer.face[pixel] == NO_HIT:
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
+        scene = specialise(scene)
         reflected = reflectance(gbuffer, pixel)
         if brightness(reflected) > 0.0:
             found = caustic_irradiance(scene, lit, gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
@@ -69,4 +67,4 @@ def caustic_kernel(texels: bool) -> wp.Kernel:
 def add_caustics(scene: SceneData, gbuffer: GBuffer, lit: CausticLight, radiance: wp.array,
                  features: SceneFeatures) -> None:  # fmt: skip
     """Add to `radiance` (pixel,) what the SPs of `gbuffer` reflect of caustics."""
-    launch(caustic_kernel(features.texels), len(radiance), [scene, gbuffer, lit, radiance], radiance.device)
+    launch(caustic_kernel(features), len(radiance), [scene, gbuffer, lit, radiance], radiance.device)

@@ -4,8 +4,6 @@ A coat is a dielectric's specular lobe: direct light is found as any surface's i
 mostly a sharp one, which ends in the light that VPLs know. The G-buffer's throughput leaves a place for it.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.device import launch
@@ -15,6 +13,7 @@ from gpu.device_scene.bsdf import sample_lobe
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.scattering import PartChoice, coat_share, part_of
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.direct.direct_light import DirectSamples, area_light, delta_light, samples_by_power
 from gpu.gbuffer.gbuffer import GBuffer
@@ -26,11 +25,10 @@ from gpu.sampling.sobol import sobol_pair_at
 LEAST_BELOW = wp.constant(1.0e-3)
 
 
-@cache
-def clear_coat_kernel(texels: bool, panes: bool, glass: bool, backdrop: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features.
-    """
+@made_for(*LOOK, "panes", "glass", "backdrop", "environment")
+def clear_coat_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def clear_coat_kernel(
@@ -49,17 +47,7 @@ def clear_coat_kernel(texels: bool, panes: bool, glass: bool, backdrop: bool, en
             return
         if scene.materials[scene.triangle_material[face]].coat == 0.0:
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not panes):
-            scene.pane_count = 0
-        if wp.static(not glass):
-            scene.transmissive = False
-        if wp.static(not backdrop):
-            scene.backdrop_count = 0
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         view = gbuffer.to_camera[pixel]
         surface = surface_at(scene, hit_at(scene, face, gbuffer.position[pixel]), -view)
         share = coat_share(surface, view)
@@ -92,7 +80,6 @@ def add_clear_coat(scene: SceneData, size: tuple[int, int], gbuffer: GBuffer, kn
 
     samples: of direct light, and which of the lobes' these are; size: (width, height).
     """
-    has = features
-    kernel = clear_coat_kernel(has.texels, has.panes, has.glass, has.backdrop, has.environment)
+    kernel = clear_coat_kernel(features)
     inputs = [scene, image_size(size), gbuffer, known, samples, radiance]
     launch(kernel, size[0] * size[1], inputs, radiance.device, weight=samples.count)

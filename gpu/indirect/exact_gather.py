@@ -20,7 +20,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 @cache
 def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
+    """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
 
     @wp.kernel(module="unique")
     def exact_gather_kernel(

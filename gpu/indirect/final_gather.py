@@ -1,6 +1,5 @@
 """Final gather: light that reaches the centres of shading clusters, by many rays each (2009 paper, section 3.3)."""
 
-from functools import cache
 from typing import Any
 
 import warp as wp
@@ -11,6 +10,7 @@ from gpu.core.intrinsics import float_least, lanes_of, vector_sum
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.indirect.gather_rays import RayEnds, coherent_order, gather_direction, gather_ray_kernel, list_unknown
 from gpu.indirect.illumination import Illumination
@@ -33,9 +33,10 @@ class Gathered:
     least_distance: wp.array[float]
 
 
-@cache
-def read_light_kernel(lookup: wp.Function, data: Any, texels: bool) -> wp.Kernel:
-    """The kernel that reads lookup(data, position, normal), Told, where rays end."""
+@made_for(*LOOK)
+def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
+    """The kernel that reads lookup(data, position, normal), Told, where rays end, in scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def read_light_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, order: wp.array[int],
@@ -45,9 +46,7 @@ def read_light_kernel(lookup: wp.Function, data: Any, texels: bool) -> wp.Kernel
         """
         index = first + wp.tid()
         rays = order.shape[0]
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
+        scene = specialise(scene)
         radiance[index] = wp.vec3(0.0, 0.0, 0.0)
         ends.unknown[index] = 0
         hit = ends.hits[index]
@@ -105,12 +104,12 @@ class FinalGather:
         """Gather what the rays see; seed (1,): of their directions."""
         light, ends, gathered, count = self._light, self.ends, self.gathered, self._count * self._rays
         rays = [self._clusters, self.order, seed, ends]
-        launch(gather_ray_kernel(features.texels), count, [scene, *rays], self.device)
-        read = read_light_kernel(light.lookup, light.data, features.texels)
+        launch(gather_ray_kernel(features), count, [scene, *rays], self.device)
+        read = read_light_kernel(features, light.lookup, light.data)
         inputs = [scene, self._clusters, light.lit, self.order, seed, ends, gathered.radiance]
         launch(read, count, inputs, self.device)
         list_unknown(ends)
-        onward = onward_kernel(light.lookup, light.data, features)
+        onward = onward_kernel(features, light.lookup, light.data)
         inputs = [scene, self._onward, light.lit, *rays, gathered.radiance]
         launch(onward, count, inputs, self.device)
         lanes = lanes_of(self.device, few=True)

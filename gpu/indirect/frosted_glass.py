@@ -5,17 +5,17 @@ What is refracted into a body is seen by both ways on from the face where it wou
 reflect into a window would be sparks. Pixels share what they find as those of glossy surfaces do.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated, glass_density, glass_value, sample_side, side_share
 from gpu.device_scene.panes import meet, met_surface, transmittance
 from gpu.device_scene.rays import offset_origin
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
@@ -105,11 +105,10 @@ def sampled_through(scene: SceneData, table: LightTable, surface: Surface, view:
     return light / (1.0 + density * sample.solid_angle)
 
 
-@cache
-def frosted_ray_kernel(texels: bool, panes: bool, backdrop: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features.
-    """
+@made_for(*LOOK, "panes", "backdrop", "environment")
+def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def frosted_ray_kernel(
@@ -132,15 +131,7 @@ def frosted_ray_kernel(texels: bool, panes: bool, backdrop: bool, environment: b
             return
         if scene.materials[scene.triangle_material[face]].transmission == 0.0:
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not panes):
-            scene.pane_count = 0
-        if wp.static(not backdrop):
-            scene.backdrop_count = 0
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         view = gbuffer.to_camera[pixel]
         surface = surface_at(scene, hit_at(scene, face, gbuffer.position[pixel]), -view)
         share = surface.glass

@@ -4,15 +4,15 @@ They are traced before anything is read where they end: what does both needs so 
 way at once.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.sp.centres import ShadingClusters
@@ -49,9 +49,10 @@ def gather_direction(clusters: ShadingClusters, order: wp.array[int], seeds: wp.
     return cosine_direction(clusters.normal[cluster], point.y, point.x)
 
 
-@cache
-def gather_ray_kernel(texels: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+@made_for(*LOOK)
+def gather_ray_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, order: wp.array[int],
@@ -60,9 +61,7 @@ def gather_ray_kernel(texels: bool) -> wp.Kernel:
         index = first + wp.tid()
         rays = order.shape[0]
         cluster = index // rays
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
+        scene = specialise(scene)
         hit = Hit()
         hit.face = NO_HIT
         if clusters.spacing[cluster] > 0.0:

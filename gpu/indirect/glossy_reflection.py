@@ -5,8 +5,6 @@ reflected there counts; what emits, and the sky, are direct light, which has ray
 they find as far as their lobes overlap, and a walk's frames as far as roughness lets them (gpu.denoise.direct_history).
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.color import brightness
@@ -21,6 +19,7 @@ from gpu.device_scene.bsdf import (
 )
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
@@ -51,9 +50,10 @@ def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
     return wp.max(even_reflectance(surface, view) - even_matt(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
 
 
-@cache
-def glossy_ray_kernel(alpha: bool, textures: bool, panes: bool, glass: bool) -> wp.Kernel:
-    """The kernel for scenes with or without these of gpu.device_scene.features."""
+@made_for(*LOOK, "panes", "glass")
+def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def glossy_ray_kernel(
@@ -75,14 +75,7 @@ def glossy_ray_kernel(alpha: bool, textures: bool, panes: bool, glass: bool) -> 
             return
         if traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel]) == 0.0:
             return
-        if wp.static(not alpha):
-            scene.ignore_alpha = True
-        if wp.static(not textures):
-            scene.textured = False
-        if wp.static(not panes):
-            scene.pane_count = 0
-        if wp.static(not glass):
-            scene.transmissive = False
+        scene = specialise(scene)
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         place = morton_2d(pixel % image.width, pixel // image.width)
@@ -193,10 +186,9 @@ class GlossyReflection:
         camera: (1,) CameraData; samples: which of the lobes' they are.
         """
         has, seen_by = self._features, (scene, camera, self._image, gbuffer, known, samples)
-        kernel = glossy_ray_kernel(has.alpha, has.textures, has.panes, has.glass)
-        launch(kernel, len(self.light), [*seen_by, self._chosen, self._found], self._device)
+        launch(glossy_ray_kernel(has), len(self.light), [*seen_by, self._chosen, self._found], self._device)
         if has.frosted:
-            frosted = frosted_ray_kernel(has.texels, has.panes, has.backdrop, has.environment)
+            frosted = frosted_ray_kernel(has)
             launch(frosted, len(self.light), [*seen_by, self._chosen, self._found], self._device)
 
     def share(self, gbuffer: GBuffer) -> None:

@@ -15,8 +15,10 @@ from gpu.core.device import allocate, launch
 from gpu.core.parameters import parameters
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import blocking, closest_hit, offset_origin
 from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -75,9 +77,10 @@ def ray_period(frames: int, chosen: NearFieldParameters) -> int:
     return wp.where(frames > 0, chosen.known_period, 1)
 
 
-@cache
-def near_field_ray_kernel(alpha: bool) -> wp.Kernel:
-    """The kernel that traces the rays; alpha: whether these must look at masks."""
+@made_for("masks", "alpha")
+def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def near_field_ray_kernel(
@@ -95,8 +98,7 @@ def near_field_ray_kernel(alpha: bool) -> wp.Kernel:
         rays.distance[sp] = 0.0
         if sp >= points.count[0]:
             return
-        if wp.static(not alpha):
-            scene.ignore_alpha = True
+        scene = specialise(scene)
         pixel = points.pixels[sp]
         every = ray_period(frames[pixel], chosen)
         if (sp + seed[0]) % every != 0:
@@ -196,7 +198,7 @@ class NearField:
         seed: (1,); frames (pixel,): of how many earlier frames the light of each is known.
         """
         capacity, points, rays, chosen = sps.capacity, (scene, gbuffer, sps.points), self._rays, self._chosen
-        launch(near_field_ray_kernel(scene.alpha), capacity, [*points, seed, frames, chosen, rays], self.device)
+        launch(near_field_ray_kernel(masks_of(scene)), capacity, [*points, seed, frames, chosen, rays], self.device)
         launch(near_field_vpl_kernel, capacity, [lit, chosen.radius_share, rays], self.device)
         inputs = [*points, vpls, lit, frames, chosen, rays]
         launch(near_field_light_kernel(blocking(scene)), capacity, inputs, self.device)

@@ -6,7 +6,6 @@ they are spread over little is known.
 """
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import warp as wp
@@ -18,6 +17,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.indirect.gather_rays import RayEnds, gather_direction
 from gpu.lights.light_sampling import light_at_hit, sample_light
@@ -71,9 +71,10 @@ def emitted_irradiance(scene: SceneData, table: LightTable, surface: Surface, nu
     return wp.cw_mul(sample.irradiance, reached) * (cosine * share)
 
 
-@cache
-def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp.Kernel:
-    """The kernel that reads lookup(data, position, normal), Told, in a scene of these features."""
+@made_for(*LOOK, "environment")
+def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
+    """The kernel that reads lookup(data, position, normal), Told, in scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def onward_kernel(first: int, scene: SceneData, onward: Onward, lit: data, clusters: ShadingClusters,
@@ -85,11 +86,7 @@ def onward_kernel(lookup: wp.Function, data: Any, features: SceneFeatures) -> wp
         entry = first + wp.tid()
         if entry >= ends.totals[ends.totals.shape[0] - 1]:
             return
-        if wp.static(not features.texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not features.environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         index = ends.listed[entry]
         rays = order.shape[0]
         number = order[index % rays]

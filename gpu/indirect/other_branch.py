@@ -2,8 +2,6 @@
 2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs know.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.constants import PI
@@ -12,6 +10,7 @@ from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
@@ -19,11 +18,10 @@ from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 
-@cache
-def other_branch_kernel(texels: bool, one_sided: bool, backdrop: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features.
-    """
+@made_for(*LOOK, "one_sided", "backdrop", "environment")
+def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def other_branch_kernel(
@@ -41,15 +39,7 @@ def other_branch_kernel(texels: bool, one_sided: bool, backdrop: bool, environme
         # Glass takes something of the light, if only what it reflects.
         if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not one_sided):
-            scene.one_sided = False
-        if wp.static(not backdrop):
-            scene.backdrop_count = 0
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         end = seen_end(scene, pixel_ray(cameras[0], pixel, image), pixel, image, samples, True)
         light = end.emitted
         if end.face != NO_HIT:
@@ -69,6 +59,6 @@ def add_other_branch(scene: SceneData, camera: wp.array, size: tuple[int, int], 
 
     camera: (1,) CameraData; size: (width, height).
     """
-    inputs, has = [scene, camera, image_size(size), samples, gbuffer, lit, radiance], features
-    kernel = other_branch_kernel(has.texels, has.one_sided, has.backdrop, has.environment)
+    inputs = [scene, camera, image_size(size), samples, gbuffer, lit, radiance]
+    kernel = other_branch_kernel(features)
     launch(kernel, size[0] * size[1], inputs, radiance.device)

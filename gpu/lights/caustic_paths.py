@@ -9,7 +9,6 @@ A lobe sends by caustics what `focus_of` it tells, less the rougher it is. VPLs 
 """
 
 from collections.abc import Sequence
-from functools import cache
 
 import warp as wp
 
@@ -21,12 +20,14 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import crossing_share, is_pane, met_of, transmittance
 from gpu.device_scene.scattering import PartChoice, choose_part, focus_of, is_perfect, part_of
 from gpu.device_scene.sides import is_solid, ray_coverage, triangle_normal
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.lights.caustic_casters import CausticCasters
 from gpu.lights.light_chain import arrived, sent_on
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_sampling import LightSample, sample_light
 from gpu.lights.light_table import LightTable, choose_emitter
+from gpu.sampling.resampling import candidate_at
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import triangle_barycentrics
 
@@ -120,22 +121,15 @@ def chosen_start(scene: SceneData, table: LightTable, casters: CausticCasters, p
     """Where a path begins, with the flux that it stands for [W]; with the weight 0 if none of the candidates is lit."""
     weights = Weights()
     total = float(0.0)
-    chosen = int(0)
     start = CausticStart()
     # The last turn looks at the chosen one again: in one place for all, else the kernel takes long to compile.
     for turn in range(CANDIDATES + 1):
+        candidate = turn
         if turn == CANDIDATES:
             if total <= 0.0:
                 return CausticStart()
-            rest = sobol_pair(path, CHOICE_PAIR, seed).x * total
-            for candidate in range(CANDIDATES):
-                # Rounding may leave a rest at the end: the last candidate with any weight takes it.
-                if rest >= 0.0 and weights[candidate] > 0.0:
-                    chosen = candidate
-                    rest -= weights[candidate]
-        start = caustic_start(
-            scene, table, casters, path * CANDIDATES + wp.where(turn < CANDIDATES, turn, chosen), seed
-        )
+            candidate = candidate_at(weights, sobol_pair(path, CHOICE_PAIR, seed).x * total)
+        start = caustic_start(scene, table, casters, path * CANDIDATES + candidate, seed)
         if turn < CANDIDATES:
             weights[turn] = start.weight
             total += start.weight
@@ -143,11 +137,10 @@ def chosen_start(scene: SceneData, table: LightTable, casters: CausticCasters, p
     return start
 
 
-@cache
-def caustic_path_kernel(texels: bool, environment: bool, glass: bool, lobes: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    with glass or not, and with lobes that cast caustics or not.
-    """
+@made_for(*LOOK, "environment", "glass", "panes", "focus")
+def caustic_path_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise, lobes = specialisation(features), features.focus
 
     # As for direct light, whose candidates are looked at likewise.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
@@ -161,14 +154,7 @@ def caustic_path_kernel(texels: bool, environment: bool, glass: bool, lobes: boo
         """
         path = first + wp.tid()
         place = begin + path
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not environment):
-            scene.has_environment = False
-        if wp.static(not glass):
-            scene.pane_count = 0
-            scene.transmissive = False
+        scene = specialise(scene)
         out.flux[place] = wp.vec3(0.0, 0.0, 0.0)
         seed = seeds[0]
         start = chosen_start(scene, table, casters, path, seed)
@@ -228,7 +214,7 @@ def caustic_path_kernel(texels: bool, environment: bool, glass: bool, lobes: boo
 def trace_caustic_paths(scene: SceneData, table: LightTable, casters: Sequence[CausticCasters], bounces: int,
                         seed: wp.array, features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
     """Trace paths to the places of `out`, over at most `bounces` casters, by `seed` (1,); each kind has its share."""
-    kernel = caustic_path_kernel(features.texels, features.environment, features.glass, features.focus)
+    kernel = caustic_path_kernel(features)
     out.flux.zero_()
     begin = 0
     for kind in casters:

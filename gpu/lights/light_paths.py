@@ -3,8 +3,6 @@
 Step 1 of the 2022 paper.
 """
 
-from functools import cache
-
 import warp as wp
 from warp.utils import radix_sort_pairs
 
@@ -18,6 +16,7 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.scattering import focus_of
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
@@ -54,13 +53,14 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
     return vpls
 
 
-@cache
-def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: bool, lobes: bool,
-                      arriving: bool) -> wp.Kernel:  # fmt: skip
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    with mirrors or clear glass or not, with frosted glass or not, and with lobes that cast caustics or not; arriving:
-    flux is what arrives, as photons have it, but for what caustics send on, else what is reflected.
+@made_for(*LOOK, "environment", "specular", "frosted", "focus")
+def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
+    """The kernel for scenes of these `features`; arriving: flux is what arrives, as photons have it, but for what
+    caustics send on, else what is reflected.
     """
+    specialise, specular, frosted, lobes = (
+        specialisation(features), features.specular, features.frosted, features.focus
+    )  # fmt: skip
 
     @wp.kernel(module="unique")
     def light_path_kernel(
@@ -81,11 +81,7 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: 
         What lobes send on as caustics, no VPL sends.
         """
         path = first + wp.tid()
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         for bounce in range(bounces):
             out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
         paths = counts[0]
@@ -232,8 +228,7 @@ class PathEnds:
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
-        has = features
-        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.frosted, has.focus, self._arriving)
+        kernel = light_path_kernel(features, self._arriving)
         launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
         self.put_in_order()
 

@@ -6,8 +6,6 @@ maps of which lie in Morton's order, too, and what lies beyond the last is empty
 as it is now.
 """
 
-from functools import cache
-
 import numpy as np
 import warp as wp
 
@@ -18,6 +16,7 @@ from gpu.device_scene.bsdf import largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import Particle, emit, sun_particle
@@ -49,11 +48,10 @@ class ShadowMaps:
     halvings: wp.array[int]
 
 
-@cache
-def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    and with mirrors or clear glass or not.
-    """
+@made_for(*LOOK, "environment", "specular")
+def shadow_map_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise, specular = specialisation(features), features.specular
 
     @wp.kernel(module="unique")
     def shadow_map_kernel(first: int, scene: SceneData, table: LightTable, maps: ShadowMaps, bounces: int, seed: int,
@@ -65,11 +63,7 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
         light the scene; what else a ray depends on is drawn by `seed`, and so is its place in the pixel.
         """
         pixel = first + wp.tid()
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         out.flux[pixel] = wp.vec3(0.0, 0.0, 0.0)
         pixels = maps.side * maps.side
         number_of_map = pixel // pixels
@@ -131,7 +125,7 @@ def trace_shadow_maps(scene: SceneData, table: LightTable, maps: ShadowMaps, bou
                       features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
     """Trace all `maps` of the lights in `table` into `out`, a VPL a pixel; none of them leaves the device."""
     inputs = [scene, table, maps, bounces, seed, out]
-    kernel = shadow_map_kernel(features.texels, features.environment, features.specular)
+    kernel = shadow_map_kernel(features)
     launch(kernel, out.count, inputs, out.flux.device)
 
 

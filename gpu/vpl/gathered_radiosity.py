@@ -4,7 +4,6 @@ A fifth to a half of a room's near-field light comes from these: frames, edges o
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import warp as wp
 
@@ -18,6 +17,7 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
 from gpu.device_scene.rays import blocking, closest_hit, lifted
 from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.lights.light_sampling import sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import pixel_seed, sobol_pair
@@ -57,10 +57,10 @@ def is_gathered(lit: RadiosityCache, covered: wp.array[int], vpl: int) -> bool:
     return lit.radius[vpl] > 0.0 and places_covered(covered, vpl) < lit.chosen.least_covered
 
 
-@cache
-def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks; blocked: as of is_apart_of."""
-    is_apart = is_apart_of(blocked)
+@made_for(*LOOK)
+def ray_ends_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.Kernel:
+    """The kernel for scenes of these `features`; blocked: as of is_apart_of."""
+    specialise, is_apart = specialisation(features), is_apart_of(blocked)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def ray_ends_kernel(first: int, lanes: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
@@ -75,9 +75,7 @@ def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
         lane = index % lanes
         if not is_gathered(lit, covered, vpl):
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
+        scene = specialise(scene)
         normal = lit.normal[vpl]
         if lane == 0:
             surface = reflectance_at(scene, lit.position[vpl], normal)
@@ -103,11 +101,10 @@ def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
     return ray_ends_kernel
 
 
-@cache
-def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with an environment or
-    not.
-    """
+@made_for(*LOOK, "environment")
+def emitters_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def emitters_kernel(first: int, lanes: int, scene: SceneData, table: LightTable, covered: wp.array[int],
@@ -119,11 +116,7 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
         lane = index % lanes
         if not is_gathered(lit, covered, vpl):
             return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        if wp.static(not environment):
-            scene.has_environment = False
+        scene = specialise(scene)
         if largest(reflectance[vpl]) <= 0.0:  # glass, which lets through what is not gathered here
             return
         position = lit.position[vpl]
@@ -179,8 +172,8 @@ class RadiosityGather:
 
     def __init__(self, scene: SceneData, table: LightTable, features: SceneFeatures, bounces: int, room: int,
                  device: wp.Device, chosen: GatherParameters = GATHER_PARAMETERS) -> None:  # fmt: skip
-        self._ray_ends = ray_ends_kernel(features.texels, blocking(scene))
-        self._emitters = emitters_kernel(features.texels, features.environment)
+        self._ray_ends = ray_ends_kernel(features, blocking(scene))
+        self._emitters = emitters_kernel(features)
         self._scene, self._table, self._chosen, self.device = scene, table, chosen, device
         self._rounds = chosen.rounds if bounces > 1 else 0
         self._emitted, self._gathered, self._reflectance, self._spread = (

@@ -9,8 +9,8 @@ from gpu.device_scene.data import SceneData
 
 @cache
 def is_apart_of(blocked: wp.Function) -> wp.Function:
-    """The function that looks along a surface with `blocked`, one of gpu.device_scene.rays.occluded and
-    occluded_solid.
+    """The function that looks along a surface with `blocked`, gpu.device_scene.rays.occluded or a
+    variant of it.
     """
 
     @wp.func

@@ -87,7 +87,7 @@ def arrival(vpl: int) -> float:
 
 @cache
 def shadow_ray_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
+    """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
 
     @wp.kernel(module="unique")
     def shadow_ray_kernel(

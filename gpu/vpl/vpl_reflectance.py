@@ -1,7 +1,5 @@
 """What surfaces reflect where VPLs lie, which VPLs themselves do not keep: of glass, what of it is none."""
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.device import launch
@@ -9,6 +7,7 @@ from gpu.device_scene.bsdf import even_reflectance, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 
 # A VPL's own surface is looked for no farther below it, in unit space.
@@ -37,9 +36,10 @@ def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplR
     return found
 
 
-@cache
-def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+@made_for(*LOOK)
+def vpl_reflectance_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def vpl_reflectance_kernel(
@@ -51,9 +51,7 @@ def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
     ) -> None:
         """One thread a VPL at `position` with `normal`: what its surface reflects; all (vpl,)."""
         vpl = first + wp.tid()
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
+        scene = specialise(scene)
         reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl]).even
 
     return vpl_reflectance_kernel
@@ -66,4 +64,4 @@ def find_reflectance(scene: SceneData, features: SceneFeatures, position: wp.arr
     Zero where there is no surface.
     """
     inputs = [scene, position, normal, reflectance]
-    launch(vpl_reflectance_kernel(features.texels), len(position), inputs, position.device)
+    launch(vpl_reflectance_kernel(features), len(position), inputs, position.device)

@@ -29,8 +29,9 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
     nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
     assert scene_features(bare, lambertian=False) == nothing
-    for name in ("alpha", "textures", "gloss"):
-        assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})
+    for name, more in (("alpha", ("masks",)), ("textures", ()), ("gloss", ())):
+        assumed = replace(nothing, **dict.fromkeys((name, *more), True))
+        assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == assumed
     for many in (False, True):
         lit = scene_of(box(), [grey(0.5)], [bulb] * (8 + many))
         assert scene_features(lit, lambertian=False) == replace(nothing, soft=many, lamps=many)

@@ -7,7 +7,7 @@ from scenes import box, camera_of, grey, quad, resident_of
 from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
-from gpu.gbuffer.gbuffer import GBuffer, primary_ray_kernel, trace_primary_rays
+from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Sky
@@ -127,12 +127,3 @@ def test_a_second_picture_forgets_the_first() -> None:
         trace_primary_rays(device_scene.data, data, SIZE, gbuffer, chain_samples(device_scene.device))
         assert np.allclose(gbuffer.emitted.numpy(), expected)
         assert ((gbuffer.face.numpy() != int(NO_HIT)) == (expected > 0.0)).all()
-
-
-def test_all_pictures_of_a_scene_are_of_one_kernel() -> None:
-    device_scene = resident_of([quad([-1, -1, 0], [2, 0, 0], [0, 2, 0])], [grey(0.3)])
-    kernels = []
-    for _ in range(2):
-        look(device_scene, look_at((0.0, 0.0, 0.5), (0.0, 0.0, 0.0)))
-        kernels.append(primary_ray_kernel.cache_info().currsize)
-    assert kernels[0] == kernels[1]

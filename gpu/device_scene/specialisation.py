@@ -1,0 +1,77 @@
+"""What a scene is known not to have, told to the compiler, which follows it into all that a kernel calls.
+
+Functions ask while they run, as in `if scene.textured`. A kernel that is made for some features writes over what they
+ask with a constant first.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, wraps
+from typing import TypeVarTuple
+
+import warp as wp
+
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
+
+# What it takes to read a surface's look: whether rays pass its triangle, and its textures.
+LOOK = ("masks", "alpha", "textures")
+
+Rest = TypeVarTuple("Rest")
+KernelMaker = Callable[[SceneFeatures, *Rest], wp.Kernel]
+
+
+def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
+    """Have one kernel made for all scenes that do not differ in these features; of the others it has all."""
+
+    def decorate(make: KernelMaker[*Rest]) -> KernelMaker[*Rest]:
+        @cache
+        def kernel_of(told: tuple[bool, ...], *rest: *Rest) -> wp.Kernel:
+            return make(replace(EVERYTHING, **dict(zip(names, told, strict=True))), *rest)
+
+        @wraps(make)
+        def narrowed(features: SceneFeatures, *rest: *Rest) -> wp.Kernel:
+            return kernel_of(tuple(getattr(features, name) for name in names), *rest)
+
+        return narrowed
+
+    return decorate
+
+
+def masks_of(scene: SceneData) -> SceneFeatures:
+    """All features, but masks only as `scene` has them for rays of a renderer (DeviceScene.view)."""
+    return replace(EVERYTHING, masks=scene.alpha or scene.masked_count > 0, alpha=scene.alpha)
+
+
+@cache
+def specialisation(features: SceneFeatures) -> wp.Function:
+    """A function (SceneData) -> SceneData, to be called first in a kernel for scenes of these `features`."""
+
+    @wp.func
+    def specialise(given: SceneData) -> SceneData:
+        scene = given
+        if wp.static(not features.masks):
+            scene.masked_count = 0
+        if wp.static(not features.alpha):
+            scene.ignore_alpha = True
+        if wp.static(not features.textures):
+            scene.textured = False
+        if wp.static(not features.gloss):
+            scene.glossy = False
+        if wp.static(not features.glass):
+            scene.transmissive = False
+        if wp.static(not features.panes):
+            scene.pane_count = 0
+        if wp.static(not features.one_sided):
+            scene.one_sided = False
+        if wp.static(not features.backdrop):
+            scene.backdrop_count = 0
+        if wp.static(not features.environment):
+            scene.has_environment = False
+        if wp.static(not features.specular):
+            scene.specular = False
+        if wp.static(not features.coats):
+            scene.coated = False
+        return scene
+
+    return specialise

@@ -1,0 +1,65 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, resident_of
+
+from gpu.core.device import launch
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
+from gpu.scene.types import AlphaMode, Material
+
+NOTHING = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
+
+
+@made_for("masks", "gloss")
+def told_kernel(features: SceneFeatures, offset: int) -> wp.Kernel:
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique")
+    def told_kernel(first: int, scene: SceneData, found: wp.array[int]) -> None:
+        scene = specialise(scene)
+        found[0] = scene.masked_count + offset
+        found[1] = int(scene.glossy)
+        found[2] = int(scene.ignore_alpha)
+        found[3] = scene.pane_count
+
+    return told_kernel
+
+
+def told(features: SceneFeatures) -> list[int]:
+    scene = SceneData()
+    scene.masked_count, scene.pane_count, scene.glossy = 5, 7, True
+    found = wp.zeros(4, dtype=int, device="cpu")
+    launch(told_kernel(features, 0), 1, [scene, found], wp.get_device("cpu"))
+    return np.asarray(found.numpy()).tolist()
+
+
+def test_kernels_take_what_they_are_made_for_to_be_absent_and_the_rest_as_it_is() -> None:
+    assert told(EVERYTHING) == [5, 1, 0, 7]
+    assert told(NOTHING) == [0, 0, 0, 7]
+    assert told(replace(EVERYTHING, gloss=False)) == [5, 0, 0, 7]
+
+
+def test_scenes_that_do_not_differ_in_it_have_one_kernel() -> None:
+    assert told_kernel(EVERYTHING, 0) is told_kernel(replace(EVERYTHING, panes=False), 0)
+    assert told_kernel(EVERYTHING, 0) is not told_kernel(replace(EVERYTHING, gloss=False), 0)
+    assert told_kernel(EVERYTHING, 0) is not told_kernel(EVERYTHING, 1)
+
+
+@pytest.mark.parametrize(
+    ("mode", "lambertian", "assumed", "masks", "alpha"),
+    [
+        (AlphaMode.OPAQUE, False, False, False, False),
+        (AlphaMode.OPAQUE, False, True, True, True),
+        (AlphaMode.MASK, False, False, True, True),
+        (AlphaMode.MASK, True, False, True, False),
+    ],
+)
+def test_masks_are_those_that_rays_look_for(mode: AlphaMode, lambertian: bool, assumed: bool, masks: bool,
+                                            alpha: bool) -> None:  # fmt: skip
+    device_scene = resident_of(box(), [grey(0.5) if mode is AlphaMode.OPAQUE else Material(alpha_mode=mode)])
+    found = masks_of(device_scene.view(lambertian=lambertian, assume_alpha=assumed))
+    assert (found.masks, found.alpha) == (masks, alpha)
