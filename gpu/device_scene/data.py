@@ -5,7 +5,17 @@ import warp as wp
 from gpu.device_scene.bvh import Bvh
 
 NO_HIT = wp.constant(-1)
-NO_TEXTURE = wp.constant(-1)
+# What a texture is for: SlotData.use.
+BASE_COLOR = wp.constant(0)
+EMISSION = wp.constant(1)
+METALLIC_ROUGHNESS = wp.constant(2)
+NORMAL = wp.constant(3)
+TRANSMISSION = wp.constant(4)
+SPECULAR = wp.constant(5)
+SPECULAR_COLOR = wp.constant(6)
+COAT = wp.constant(7)
+COAT_ROUGHNESS = wp.constant(8)
+COAT_NORMAL = wp.constant(9)
 
 
 @wp.struct
@@ -20,8 +30,9 @@ class Hit:
 
 @wp.struct
 class SlotData:
-    """One use of a texture: its index or NO_TEXTURE, the UV set, and the two rows that map (u, v, 1)."""
+    """One use of a texture by a material: what for, its index, the UV set, and the two rows that map (u, v, 1)."""
 
+    use: int
     texture: int
     uv_set: int
     row_u: wp.vec3
@@ -46,8 +57,8 @@ class MaterialData:
     """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
-    blend: alpha is the share of the surface that is there; coat, coat_roughness, coat_normal_scale:
-    KHR_materials_clearcoat.
+    blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
+    coat_roughness, coat_normal_scale: KHR_materials_clearcoat.
     """
 
     base_color: wp.vec4
@@ -68,16 +79,8 @@ class MaterialData:
     blend: bool
     double_sided: bool
     unlit: bool
-    base_color_slot: SlotData
-    metallic_roughness_slot: SlotData
-    normal_slot: SlotData
-    emission_slot: SlotData
-    transmission_slot: SlotData
-    specular_slot: SlotData
-    specular_color_slot: SlotData
-    coat_slot: SlotData
-    coat_roughness_slot: SlotData
-    coat_normal_slot: SlotData
+    first_slot: int
+    slots: int
 
 
 @wp.struct
@@ -105,13 +108,13 @@ class SceneData:
     scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
-    triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear; sky (1,): radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where
-    has_environment says so. alpha: rays must test masks;
-    textured, glossy, coated, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats, glass,
-    mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is
-    Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND
-    surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
+    triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,)
+    RGBA8, least significant byte red; decode (256,) sRGB to linear; sky (1,): radiance of gpu.scene.types.Sky, or
+    the tint of the `environment` that there is instead where has_environment says so. alpha: rays must test masks;
+    textured, glossy, coated, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats,
+    glass, mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every
+    surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by
+    which BLEND surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh
@@ -130,6 +133,7 @@ class SceneData:
     triangles: wp.array[wp.vec3i]
     triangle_material: wp.array[int]
     materials: wp.array[MaterialData]
+    slots: wp.array[SlotData]
     textures: wp.array[TextureData]
     texels: wp.array[wp.uint32]
     decode: wp.array[float]

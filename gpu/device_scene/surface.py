@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData, SlotData
+from gpu.device_scene.data import EMISSION, Hit, SceneData
 from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
-from gpu.device_scene.textures import sample_slot
+from gpu.device_scene.textures import NO_MAP, sample_use, texels_at
 from gpu.scene.types import CLEAR_ROUGHNESS
 
 # Glass of a lower index refracts nothing, which the formulas of rough glass divide by.
@@ -63,17 +63,17 @@ class Surface:
 
 
 @wp.func
-def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3, slot: SlotData, scale: float) -> wp.vec3:
-    """The interpolated `normal` bent by the normal map in a slot of the material, if there is one."""
-    if not scene.textured or slot.texture == NO_TEXTURE:
+def bent_normal(scene: SceneData, face: int, normal: wp.vec3, place: wp.vec3, uv_set: int, scale: float) -> wp.vec3:
+    """The interpolated `normal` bent by what a map has at a `place`, if there is one, that follows a UV set."""
+    if uv_set == NO_MAP:
         return normal
-    corner = scene.triangles[hit.face]
+    corner = scene.triangles[face]
     p0 = scene.vertices[corner[0]]
-    uv0 = scene.uvs[slot.uv_set, corner[0]]
+    uv0 = scene.uvs[uv_set, corner[0]]
     edge1 = scene.vertices[corner[1]] - p0
     edge2 = scene.vertices[corner[2]] - p0
-    d1 = scene.uvs[slot.uv_set, corner[1]] - uv0
-    d2 = scene.uvs[slot.uv_set, corner[2]] - uv0
+    d1 = scene.uvs[uv_set, corner[1]] - uv0
+    d2 = scene.uvs[uv_set, corner[2]] - uv0
     determinant = d1[0] * d2[1] - d1[1] * d2[0]
     along_u = (edge1 * d2[1] - edge2 * d1[1]) * wp.sign(determinant)
     tangent = along_u - normal * wp.dot(along_u, normal)
@@ -82,7 +82,6 @@ def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3, slot: SlotData, sca
     tangent = wp.normalize(tangent)
     # glTF: green points up in the image, against v. Where u × v points along the normal, that is against normal × u.
     bitangent = wp.cross(normal, tangent) * -wp.sign(determinant)
-    place = sample_slot(scene, slot, hit.face, hit.u, hit.v)
     x = (2.0 * place[0] - 1.0) * scale
     y = (2.0 * place[1] - 1.0) * scale
     return wp.normalize(tangent * x + bitangent * y + normal * wp.max(2.0 * place[2] - 1.0, 0.01))
@@ -104,12 +103,10 @@ def shading_normal(surface: Surface, bent: wp.vec3, seen_front: bool, direction:
 
 
 @wp.func
-def albedo_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
-    """Base colour: factor × texture × vertex colour, linear RGB in [0, 1]."""
-    material = scene.materials[scene.triangle_material[face]]
-    texture = sample_slot(scene, material.base_color_slot, face, u, v)
-    factor = material.base_color
-    colour = wp.vec3(factor[0] * texture[0], factor[1] * texture[1], factor[2] * texture[2])
+def albedo_of(scene: SceneData, face: int, u: float, v: float, texel: wp.vec3) -> wp.vec3:
+    """Base colour: factor × texture × vertex colour, linear RGB in [0, 1]; texel: of the texture there."""
+    factor = scene.materials[scene.triangle_material[face]].base_color
+    colour = wp.vec3(factor[0] * texel[0], factor[1] * texel[1], factor[2] * texel[2])
     if scene.has_colors:
         corner = scene.triangles[face]
         tint = scene.colors[corner[0]] * u + scene.colors[corner[1]] * v + scene.colors[corner[2]] * (1.0 - u - v)
@@ -120,11 +117,13 @@ def albedo_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
 @wp.func
 def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
     """Radiance of a triangle's sides that emit [W/m²/sr]: factor × strength × texture; none where alpha cuts away."""
-    material = scene.materials[scene.triangle_material[face]]
+    emission = scene.materials[scene.triangle_material[face]].emission
+    if emission == wp.vec3(0.0, 0.0, 0.0):
+        return emission
     if not is_solid(scene, face, u, v):
         return wp.vec3(0.0, 0.0, 0.0)
-    texture = sample_slot(scene, material.emission_slot, face, u, v)
-    return wp.cw_mul(material.emission, wp.vec3(texture[0], texture[1], texture[2]))
+    texture = sample_use(scene, EMISSION, face, u, v)
+    return wp.cw_mul(emission, wp.vec3(texture[0], texture[1], texture[2]))
 
 
 @wp.func
@@ -140,7 +139,8 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     front = triangle_normal(scene, hit.face)
     seen_front = wp.dot(front, direction) < 0.0
     surface.geometric_normal = wp.where(seen_front, front, -front)
-    base = albedo_at(scene, hit.face, hit.u, hit.v)
+    texels = texels_at(scene, hit.face, hit.u, hit.v)
+    base = albedo_of(scene, hit.face, hit.u, hit.v, texels.base_color)
     if seen_front or emits_from_back(scene, hit.face):
         surface.emission = emission_at(scene, hit.face, hit.u, hit.v)
     surface.normal = surface.geometric_normal
@@ -157,32 +157,30 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     smooth = scene.normals[corner[0]] * hit.u + scene.normals[corner[1]] * hit.v + scene.normals[corner[2]] * w
     if wp.length_sq(smooth) > 0.0:
         smooth = wp.normalize(smooth)
-        bent = bent_normal(scene, hit, smooth, material.normal_slot, material.normal_scale)
+        bent = bent_normal(scene, hit.face, smooth, texels.normal, texels.normal_set, material.normal_scale)
         surface.normal = shading_normal(surface, bent, seen_front, direction)
-    texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
-    metallic = material.metallic * texture[2]
-    roughness = material.roughness * texture[1]
+    metallic = material.metallic * texels.metallic
+    roughness = material.roughness * texels.roughness
     surface.roughness = wp.max(roughness, wp.static(SURFACE_PARAMETERS.least))
     surface.mirror = metallic == 1.0 and roughness < wp.static(SURFACE_PARAMETERS.mirror)
     reflectance = (material.ior - 1.0) / (material.ior + 1.0)
-    specular = material.specular * sample_slot(scene, material.specular_slot, hit.face, hit.u, hit.v)[3]
-    tint = sample_slot(scene, material.specular_color_slot, hit.face, hit.u, hit.v)
-    color = wp.cw_mul(material.specular_color, wp.vec3(tint[0], tint[1], tint[2]))
+    specular = material.specular * texels.specular
+    color = wp.cw_mul(material.specular_color, texels.specular_color)
     dielectric = wp.min(color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * specular
     surface.f0 = dielectric * (1.0 - metallic) + base * metallic
     surface.f90 = specular * (1.0 - metallic) + metallic
     surface.diffuse = base * (1.0 - metallic)
     if scene.coated and material.coat > 0.0:
-        surface.coat = material.coat * sample_slot(scene, material.coat_slot, hit.face, hit.u, hit.v)[0]
-        coat_texture = sample_slot(scene, material.coat_roughness_slot, hit.face, hit.u, hit.v)
-        surface.coat_roughness = wp.max(material.coat_roughness * coat_texture[1], wp.static(SURFACE_PARAMETERS.least))
+        surface.coat = material.coat * texels.coat
+        roughness_of_coat = material.coat_roughness * texels.coat_roughness
+        surface.coat_roughness = wp.max(roughness_of_coat, wp.static(SURFACE_PARAMETERS.least))
         surface.coat_normal = surface.geometric_normal
         if wp.length_sq(smooth) > 0.0:
-            bent = bent_normal(scene, hit, smooth, material.coat_normal_slot, material.coat_normal_scale)
+            scale = material.coat_normal_scale
+            bent = bent_normal(scene, hit.face, smooth, texels.coat_normal, texels.coat_normal_set, scale)
             surface.coat_normal = shading_normal(surface, bent, seen_front, direction)
     if scene.transmissive and material.transmission > 0.0:
-        share = sample_slot(scene, material.transmission_slot, hit.face, hit.u, hit.v)[0]
-        surface.glass = material.transmission * share * (1.0 - metallic)
+        surface.glass = material.transmission * texels.transmission * (1.0 - metallic)
         surface.clear = roughness <= wp.static(CLEAR_ROUGHNESS)
         surface.thin = material.thin
         index = wp.max(material.ior, MIN_IOR)

@@ -2,10 +2,25 @@
 
 import warp as wp
 
-from gpu.device_scene.data import NO_TEXTURE, SceneData, SlotData, TextureData
+from gpu.device_scene.data import (
+    BASE_COLOR,
+    COAT,
+    COAT_NORMAL,
+    COAT_ROUGHNESS,
+    EMISSION,
+    METALLIC_ROUGHNESS,
+    NORMAL,
+    SPECULAR,
+    SPECULAR_COLOR,
+    TRANSMISSION,
+    SceneData,
+    SlotData,
+    TextureData,
+)
 
 WRAP_CLAMP = wp.constant(1)
 WRAP_MIRROR = wp.constant(2)
+NO_MAP = wp.constant(-1)
 
 
 @wp.func
@@ -75,20 +90,98 @@ def interpolated_uv(scene: SceneData, uv_set: int, face: int, u: float, v: float
 
 @wp.func
 def sample_slot(scene: SceneData, slot: SlotData, face: int, u: float, v: float) -> wp.vec4:
-    """The texture of `slot` at a triangle's barycentrics as linear RGBA; white where the slot is empty."""
-    if not scene.textured or slot.texture == NO_TEXTURE:
-        return wp.vec4(1.0, 1.0, 1.0, 1.0)
+    """The texture of `slot` at a triangle's barycentrics, as linear RGBA."""
     return sample_texture(scene, slot, interpolated_uv(scene, slot.uv_set, face, u, v))
+
+
+@wp.func
+def sample_use(scene: SceneData, use: int, face: int, u: float, v: float) -> wp.vec4:
+    """The texture that a triangle's material has for `use`, as linear RGBA; white where it has none."""
+    if scene.textured:
+        material = scene.materials[scene.triangle_material[face]]
+        for index in range(material.first_slot, material.first_slot + material.slots):
+            if scene.slots[index].use == use:
+                return sample_slot(scene, scene.slots[index], face, u, v)
+    return wp.vec4(1.0, 1.0, 1.0, 1.0)
 
 
 @wp.func
 def sample_alpha(scene: SceneData, face: int, u: float, v: float) -> float:
     """A triangle's alpha at its barycentrics: factor × texture × vertex colour."""
     material = scene.materials[scene.triangle_material[face]]
-    alpha = material.base_color[3] * sample_slot(scene, material.base_color_slot, face, u, v)[3]
+    alpha = material.base_color[3] * sample_use(scene, BASE_COLOR, face, u, v)[3]
     if scene.has_colors:
         corner = scene.triangles[face]
         alpha *= (
             scene.colors[corner[0]][3] * u + scene.colors[corner[1]][3] * v + scene.colors[corner[2]][3] * (1.0 - u - v)
         )
     return alpha
+
+
+@wp.struct
+class MaterialTexels:
+    """What a material's textures say of a place, but for emission: 1 where there is none. normal, coat_normal: as the
+    maps have them, from 0 to 1; normal_set, coat_normal_set: the UV sets that they follow, NO_MAP without one.
+    """
+
+    base_color: wp.vec3
+    roughness: float
+    metallic: float
+    transmission: float
+    specular: float
+    specular_color: wp.vec3
+    coat: float
+    coat_roughness: float
+    normal: wp.vec3
+    normal_set: int
+    coat_normal: wp.vec3
+    coat_normal_set: int
+
+
+@wp.func
+def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels:
+    """Those of a triangle's material at its barycentrics; of base colour alone where all is Lambertian.
+
+    One loop over what there is, since kernels would have the code of a texture ten times else.
+    """
+    texels = MaterialTexels()
+    texels.base_color = wp.vec3(1.0, 1.0, 1.0)
+    texels.roughness = 1.0
+    texels.metallic = 1.0
+    texels.transmission = 1.0
+    texels.specular = 1.0
+    texels.specular_color = wp.vec3(1.0, 1.0, 1.0)
+    texels.coat = 1.0
+    texels.coat_roughness = 1.0
+    texels.normal_set = NO_MAP
+    texels.coat_normal_set = NO_MAP
+    if scene.textured:
+        material = scene.materials[scene.triangle_material[face]]
+        for index in range(material.first_slot, material.first_slot + material.slots):
+            slot = scene.slots[index]
+            wanted = slot.use == BASE_COLOR or (not scene.lambertian and slot.use != EMISSION)
+            if wanted and (scene.coated or slot.use < COAT):
+                found = sample_slot(scene, slot, face, u, v)
+                colour = wp.vec3(found[0], found[1], found[2])
+                if slot.use == BASE_COLOR:
+                    texels.base_color = colour
+                elif slot.use == METALLIC_ROUGHNESS:
+                    texels.roughness = found[1]
+                    texels.metallic = found[2]
+                elif slot.use == NORMAL:
+                    texels.normal = colour
+                    texels.normal_set = slot.uv_set
+                elif slot.use == TRANSMISSION:
+                    texels.transmission = found[0]
+                elif slot.use == SPECULAR:
+                    texels.specular = found[3]
+                elif slot.use == SPECULAR_COLOR:
+                    texels.specular_color = colour
+                elif slot.use == COAT:
+                    texels.coat = found[0]
+                elif slot.use == COAT_ROUGHNESS:
+                    texels.coat_roughness = found[1]
+                elif slot.use == COAT_NORMAL:
+                    texels.coat_normal = colour
+                    texels.coat_normal_set = slot.uv_set
+    return texels

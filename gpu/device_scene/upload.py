@@ -12,7 +12,22 @@ import warp as wp
 from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
-from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, TextureData
+from gpu.device_scene.data import (
+    BASE_COLOR,
+    COAT,
+    COAT_NORMAL,
+    COAT_ROUGHNESS,
+    EMISSION,
+    METALLIC_ROUGHNESS,
+    NORMAL,
+    SPECULAR,
+    SPECULAR_COLOR,
+    TRANSMISSION,
+    MaterialData,
+    SceneData,
+    SlotData,
+    TextureData,
+)
 from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.features import has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost
@@ -34,14 +49,24 @@ _MATERIAL = layout_of(MaterialData)
 # What materials and their rows call the same.
 _SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
          "normal_scale", "unlit")  # fmt: skip
-_SAME_SLOTS = ("base_color_slot", "metallic_roughness_slot", "normal_slot", "emission_slot", "transmission_slot",
-               "specular_slot", "specular_color_slot")  # fmt: skip
+_SLOT = layout_of(SlotData)
 
 
-def _set_slot(row: Any, slot: TextureSlot | None) -> None:
-    row["texture"] = NO_TEXTURE if slot is None else slot.texture
-    if slot is not None:
-        row["uv_set"], row["row_u"], row["row_v"] = slot.uv_set, slot.transform[:3], slot.transform[3:]
+def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
+    """What its textures are for, and these."""
+    uses = {
+        BASE_COLOR: material.base_color_slot,
+        EMISSION: material.emission_slot,
+        METALLIC_ROUGHNESS: material.metallic_roughness_slot,
+        NORMAL: material.normal_slot,
+        TRANSMISSION: material.transmission_slot,
+        SPECULAR: material.specular_slot,
+        SPECULAR_COLOR: material.specular_color_slot,
+        COAT: material.clearcoat_slot,
+        COAT_ROUGHNESS: material.clearcoat_roughness_slot,
+        COAT_NORMAL: material.clearcoat_normal_slot,
+    }
+    return [(int(use), slot) for use, slot in uses.items() if slot is not None]
 
 
 def _absorption(material: Material, units_per_length: float) -> Doubles:
@@ -62,11 +87,6 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
     row["coat_normal_scale"] = material.clearcoat_normal_scale
     row["double_sided"] = bool(material.double_sided)
-    for name in _SAME_SLOTS:
-        _set_slot(row[name], getattr(material, name))
-    _set_slot(row["coat_slot"], material.clearcoat_slot)
-    _set_slot(row["coat_roughness_slot"], material.clearcoat_roughness_slot)
-    _set_slot(row["coat_normal_slot"], material.clearcoat_normal_slot)
 
 
 def _kind(material: Material) -> int:
@@ -141,7 +161,8 @@ class DeviceScene:
         if lender is None:
             self._upload_textures(data)
         else:
-            data.textures, data.texels, data.decode = lender.data.textures, lender.data.texels, lender.data.decode
+            for name in ("slots", "textures", "texels", "decode"):
+                setattr(data, name, getattr(lender.data, name))
         self._set_sky(lender)
         counts = np.bincount(kind, minlength=4).tolist()
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
@@ -219,20 +240,31 @@ class DeviceScene:
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
+        slots = [slot for material in self.scene.materials for slot in _slots(material)]
+        rows = np.zeros(max(len(slots), 1), _SLOT)
+        for row, (use, slot) in zip(rows, slots, strict=False):
+            row["use"], row["texture"], row["uv_set"] = use, slot.texture, slot.uv_set
+            row["row_u"], row["row_v"] = slot.transform[:3], slot.transform[3:]
+        data.slots = struct_array(SlotData, rows, self.device)
 
     def _set_materials(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, of which most are the same."""
         data, scene = self.data, self.scene
         units, changed = scene.frame.metres_per_unit * scene.placement.scale, [*range(len(scene.materials))]
         if known is None:
-            self._material_rows = np.zeros(len(changed), _MATERIAL)
+            rows = np.zeros(len(changed), _MATERIAL)
+            slots = np.array([len(_slots(material)) for material in scene.materials], np.int32)
+            first_slot = np.cumsum(slots) - slots
         else:
             changed = [number for number in changed if scene.materials[number] is not known.scene.materials[number]]
-            self._material_rows = known._material_rows.copy()
-        self._material_rows[changed] = np.zeros(1, _MATERIAL)
+            rows = known._material_rows.copy()
+            slots, first_slot = rows["slots"].copy(), rows["first_slot"].copy()  # edits change no texture
+        rows[changed] = np.zeros(1, _MATERIAL)
         for number in changed:
-            _set_material(self._material_rows[number], scene.materials[number], units)
-        data.materials = struct_array(MaterialData, self._material_rows, self.device)
+            _set_material(rows[number], scene.materials[number], units)
+        rows["slots"], rows["first_slot"] = slots, first_slot
+        self._material_rows = rows
+        data.materials = struct_array(MaterialData, rows, self.device)
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:

@@ -5,8 +5,8 @@ import pytest
 import warp as wp
 from scenes import column, quad, resident_of, results
 
-from gpu.device_scene.data import SceneData
-from gpu.device_scene.textures import sample_alpha, sample_slot, sample_texture
+from gpu.device_scene.data import BASE_COLOR, SceneData
+from gpu.device_scene.textures import sample_alpha, sample_texture, sample_use
 from gpu.scene.types import Bytes, Doubles, Material, Texture, TextureSlot, Wrap
 
 SAMPLERS = [
@@ -23,14 +23,14 @@ TRANSFORM = (0.5, -1.5, 0.25, 2.0, 0.75, -0.5)
 def sample_kernel(first: int, scene: SceneData, material: int, uvs: wp.array[wp.vec2],
                   out: wp.array[wp.vec4]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = sample_texture(scene, scene.materials[material].base_color_slot, uvs[index])
+    out[index] = sample_texture(scene, scene.slots[scene.materials[material].first_slot], uvs[index])
 
 
 @wp.kernel
 def slot_kernel(first: int, scene: SceneData, places: wp.array[wp.vec2], out: wp.array[wp.vec4]) -> None:
     """Colour of the base colour slot at places of triangle 0."""
     index = first + wp.tid()
-    out[index] = sample_slot(scene, scene.materials[0].base_color_slot, 0, places[index][0], places[index][1])
+    out[index] = sample_use(scene, BASE_COLOR, 0, places[index][0], places[index][1])
 
 
 @wp.kernel
