@@ -100,7 +100,7 @@ export interface LightEdit {
   position?: [number, number, number] | null;
   /** where the light of a spot or a directional light goes, in the world, of any length */
   direction?: [number, number, number] | null;
-  /** a directional light is the sun at this time, with its zone: it shines from there, unless a direction is given, and as much of it as comes through the air of what does when it is overhead; a sky is that of a clear day then, as bright as the file's when the sun is overhead */
+  /** of 1900 to 2100; a directional light is the sun at this time, with its zone: it shines from there, unless a direction is given, and as much of it as comes through the air of what does when it is overhead; a sky is that of a clear day then, as bright as the file's when the sun is overhead */
   date?: string | null;
   /** of that sun: latitude and longitude, north and east are positive [°] */
   place?: [number, number] | null;

@@ -15,6 +15,9 @@ Value = TypeVar("Value")
 
 # Of a turn, that everybody may have: only those that let others wait for longer are counted.
 FREE_SECONDS = 0.001
+# No request without a token takes longer for what it says, of which there is an end: the rest is the machine's own, as
+# when garbage is collected. It would hold a connection back until that is taken for silent.
+MOST_SECONDS = 0.02
 
 
 class Metered(Generic[Value]):
@@ -84,6 +87,6 @@ def charger(scope: Scope, service: Service) -> Callable[[float], None]:
         if trusted:
             service.efforts.take(client, 1e3 * seconds)
         if connection is not None and not (trusted and scope["type"] == "http"):
-            connection.charge(seconds)
+            connection.charge(seconds if trusted else min(seconds, MOST_SECONDS))
 
     return charge

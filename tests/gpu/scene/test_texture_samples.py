@@ -15,7 +15,7 @@ from gpu.scene.types import Material, Texture, TextureSlot, Wrap
 def sample_kernel(first: int, scene: SceneData, material: int, uvs: wp.array[wp.vec2],
                   out: wp.array[wp.vec4]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = device_sample(scene, scene.materials[material].base_color_slot, uvs[index])
+    out[index] = device_sample(scene, scene.slots[scene.materials[material].first_slot], uvs[index])
 
 
 @pytest.mark.parametrize("nearest", [False, True])

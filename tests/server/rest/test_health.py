@@ -83,6 +83,10 @@ def test_a_service_whose_turn_takes_too_long_is_busy(
 def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running]) -> None:
     running = serve(device="cpu,cpu")
     engines = running.service.engines
+    deadline = time.monotonic() + 20.0
+    while not all(engine.ready for engine in engines.engines):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
     with running.walker() as walker:
         walker.hello()
         walker.pose(1)
