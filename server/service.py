@@ -35,8 +35,8 @@ EDIT_RATE, EDIT_BURST = 40.0, 80.0
 # Picks of a client: a click each.
 PICK_RATE, PICK_BURST = 10.0, 40.0
 
-# What a client's requests and messages may let others wait for in the web process, in ms of a core: a second, at once.
-EFFORT_RATE, EFFORT_BURST = 200.0, 1000.0
+# What a client's requests and messages may let others wait for in the web process, in ms of a core: seconds, at once.
+EFFORT_RATE, EFFORT_BURST = 500.0, 5000.0
 
 
 class Assigner(Protocol):

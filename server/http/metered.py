@@ -15,9 +15,9 @@ Value = TypeVar("Value")
 
 # Of a turn, that everybody may have: only those that let others wait for longer are counted.
 FREE_SECONDS = 0.001
-# No request without a token takes longer for what it says, of which there is an end: the rest is the machine's own, as
-# when garbage is collected. It would hold a connection back until that is taken for silent.
-MOST_SECONDS = 0.02
+# Without and with the token: no turn takes longer for what somebody says, of which there is an end. The rest is the
+# machine's own, as when garbage is collected, and would hold a connection back until it is taken for silent.
+MOST_SECONDS, TRUSTED_MOST_SECONDS = 0.02, 0.1
 
 
 class Metered(Generic[Value]):
@@ -84,9 +84,10 @@ def charger(scope: Scope, service: Service) -> Callable[[float], None]:
 
     def charge(seconds: float) -> None:
         trusted = connection is None or connection.trusted
+        taken = min(seconds, TRUSTED_MOST_SECONDS if trusted else MOST_SECONDS)
         if trusted:
-            service.efforts.take(client, 1e3 * seconds)
+            service.efforts.take(client, 1e3 * taken)
         if connection is not None and not (trusted and scope["type"] == "http"):
-            connection.charge(seconds if trusted else min(seconds, MOST_SECONDS))
+            connection.charge(taken)
 
     return charge

@@ -43,10 +43,12 @@ class Reporter:
 
     def _late(self) -> None:
         with self._lock:
-            self._timer = None
-            if not self._ended:
+            if self._timer is not None and not self._ended:
                 self._tell()
 
     def _tell(self) -> None:
+        if self._timer is not None:  # that would say it again
+            self._timer.cancel()
+            self._timer = None
         self._due = monotonic() + AGAIN_SECONDS
         self._send(*self._latest)

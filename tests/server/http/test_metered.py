@@ -11,7 +11,7 @@ from harness import Running, Walker
 from websockets.exceptions import ConnectionClosed
 
 from server.http.connection import KEY, Connection
-from server.http.metered import FREE_SECONDS, MOST_SECONDS, Meter, Metered, charger
+from server.http.metered import FREE_SECONDS, MOST_SECONDS, TRUSTED_MOST_SECONDS, Meter, Metered, charger
 from server.rate_limit import Buckets
 
 LONG = 5 * FREE_SECONDS
@@ -119,11 +119,14 @@ def test_who_is_charged(kind: str, trusted: bool, of_connection: bool, of_client
     assert efforts.empty("192.0.2.1") == of_client
 
 
-def test_pauses_of_the_machine_hold_no_probe_back_for_long() -> None:
+def test_pauses_of_the_machine_hold_nobody_back_for_long() -> None:
     connection = Fake()
     scope = {"type": "http", "client": ("192.0.2.1", 1), "extensions": {KEY: connection}}
     charger(scope, SimpleNamespace(efforts=Buckets(1.0, 1.0)))(60.0)  # type: ignore[arg-type]
     assert connection.charged == MOST_SECONDS
+    connection.trust()
+    charger(scope | {"type": "websocket"}, SimpleNamespace(efforts=Buckets(1.0, 1.0)))(60.0)  # type: ignore[arg-type]
+    assert connection.charged == MOST_SECONDS + TRUSTED_MOST_SECONDS
 
 
 def test_who_took_too_much_is_told_to_wait_and_others_are_not(

@@ -14,13 +14,24 @@ def test_quick_work_says_nothing() -> None:
 
 def test_what_goes_on_when_the_quiet_time_is_over_is_said_then() -> None:
     said: list[tuple[str, float]] = []
-    report = Reporter(lambda *words: said.append(words), 0.05)
+    report = Reporter(lambda *words: said.append(words), 0.3)
     report("reading", 0.5)
     report("compiling", 2.0)
-    time.sleep(0.3)
+    time.sleep(0.6)
     assert said == [("compiling", 1.0)]
     report("tracing", 0.5)
     assert said[-1] == ("tracing", 0.5)
+    report.end()
+
+
+def test_what_was_said_when_the_quiet_time_was_over_is_not_said_again() -> None:
+    said: list[tuple[str, float]] = []
+    report = Reporter(lambda *words: said.append(words), 0.05)
+    report("reading", 0.5)
+    report._due = 0.0  # the next words come before the timer does
+    report("compiling", 1.0)
+    time.sleep(0.2)
+    assert said == [("compiling", 1.0)]
     report.end()
 
 
