@@ -118,6 +118,8 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
             weights[turn] = largest(unshadowed) * (light.visible / light.density)
             total += weights[turn]
     reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+    if largest(reached) <= 0.0:
+        return reached
     return wp.cw_mul(reached, unshadowed * (total / (weight * light.density * float(CANDIDATES))))
 
 
