@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from math import inf
 from os import cpu_count, environ
 from time import perf_counter, thread_time
 from typing import Any
@@ -28,6 +29,8 @@ environ.setdefault("CUDA_DEVICE_MAX_CONNECTIONS", "32")
 
 CORES = cpu_count() or 1
 MIN_SLICE = 1024
+# Of a launch on the CPU, which is over before other threads have begun.
+SHORT_SECONDS = 0.001
 # Of a launch, after which others may have the device: a fraction of what they can wait. Until it is known how long a
 # kernel takes, a slice has few items.
 CPU_SLICE_SECONDS, CUDA_SLICE_SECONDS = 0.05, 0.01
@@ -132,6 +135,8 @@ def _launch_on_cpu(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device:
                    cores: int) -> None:  # fmt: skip
     """Launch in slices of up to `most` items on so many cores."""
     kernel.module.load(device, block_dim=1)  # as CPU launches do: compiled once, before the threads race for it
+    if _costs.get(kernel, inf) * weight * count < SHORT_SECONDS:
+        most = count
 
     def run(first: int, size: int) -> float:
         begun = thread_time()  # on a busy machine it waits long, but does not work longer

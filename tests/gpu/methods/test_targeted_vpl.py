@@ -27,8 +27,8 @@ from gpu.settings import Component, RenderSettings
 
 SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
-INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_camera": False}}
-RATE = 4e-4  # simulated milliseconds a pair of clusters
+INDIRECT = {"component": Component.INDIRECT, "vpls": 800, "skip": {"unchanged_camera": False}}
+RATE = 2e-3  # simulated milliseconds a pair of clusters
 LEVELS: WeakKeyDictionary[Stages, list[Level]] = WeakKeyDictionary()
 
 
@@ -152,7 +152,7 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: DeviceScene, simulated_t
 
 def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: DeviceScene) -> None:
     def share(**target: float) -> float:
-        targeted = steered(Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target})))[0]
+        targeted = steered(Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "vpls": 2000, **target})))[0]
         number = targeted._levels.vpl_clusters[-1]
         return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
 
@@ -164,7 +164,7 @@ def test_wanted_vpls_bound_the_clusters_of_them(room: DeviceScene, simulated_tim
     """Few of many members would be shaded member by member, and many of few members are VPLs."""
     for target in (5.0, 1e4):
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
-        members = [2000 / renderer.render(CAMERA).stats.counts["vpl_clusters"] for _ in range(2)][-1]
+        members = [INDIRECT["vpls"] / renderer.render(CAMERA).stats.counts["vpl_clusters"] for _ in range(2)][-1]
         assert FOR_TIME.least_members <= members <= FOR_TIME.most_members
 
 
@@ -367,7 +367,7 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
     _, view = steered(renderer)
     renderer.render(CAMERA)
     level = view.steering.level
-    other = governor_of(renderer).level = replace(level, vpl_clusters=level.vpl_clusters + 32)
+    other = governor_of(renderer).level = replace(level, vpl_clusters=level.vpl_clusters + 64)
 
     def fails(*_: Any) -> None:
         raise MemoryError

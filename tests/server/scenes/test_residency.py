@@ -1,12 +1,14 @@
 import asyncio
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from engines import BOX, FakeEngine
+from harness import ANY_CHECK
 
 from gpu.errors import SceneError
 from gpu.scene.import_options import ImportOptions
@@ -14,7 +16,7 @@ from server.places import asker
 from server.refusals import NoRoomError
 from server.render.activity import Activity, EngineState
 from server.render.engine_pool import EnginePool
-from server.scenes.checker import Checked, Checker, SceneSize
+from server.scenes.checker import CHECK, Checked, Checker, SceneSize
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
 from server.wire.worker import OpenScene, SceneRef
@@ -46,8 +48,11 @@ print(device_bytes(measure(scene)), used - first[2])
 """
 
 
-def residency(engine: FakeEngine, reserve_bytes: int = 0, used: tuple[str, ...] = ()) -> Residency:
-    return Residency(EnginePool([engine]), Checker(ServerSettings()), reserve_bytes, used.__contains__, lambda _: None)
+def residency(
+    *engines: FakeEngine, check: Sequence[str] = ANY_CHECK, reserve_bytes: int = 0, used: tuple[str, ...] = ()
+) -> Residency:
+    checker = Checker(ServerSettings(), check)
+    return Residency(EnginePool(engines), checker, reserve_bytes, used.__contains__, lambda _: None)
 
 
 @pytest.fixture
@@ -86,7 +91,7 @@ def test_a_scene_is_read_and_loaded_once(hall: SceneRef) -> None:
 
 def test_the_worker_is_given_what_was_checked_once(hall: SceneRef) -> None:
     engine = FakeEngine()
-    scenes = residency(engine)
+    scenes = residency(engine, check=CHECK)
 
     async def run() -> None:
         await scenes.open(hall)
@@ -113,7 +118,7 @@ def test_a_scene_that_left_the_device_is_loaded_again(hall: SceneRef) -> None:
 
 def test_a_file_that_changed_is_read_again(hall: SceneRef) -> None:
     engine = FakeEngine()
-    scenes = residency(engine)
+    scenes = residency(engine, check=CHECK)
 
     async def run() -> None:
         await scenes.open(hall)
@@ -135,7 +140,7 @@ def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
         with pytest.raises(NoRoomError) as caught:
             await scenes.open(hall)
         assert str(caught.value) == (
-            "hall.obj: needs about 68 MB on the device, which has 60 MB to give (100 MB of it stay free); "
+            "hall.obj: needs about 67 MB on the device, which has 60 MB to give (100 MB of it stay free); "
             "unload what nobody looks at: idle.glb"
         )
         assert engine.opened == []
@@ -147,7 +152,7 @@ def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
 
 def test_built_in_scenes_are_not_read_first() -> None:
     engine = FakeEngine()
-    scenes = Residency(EnginePool([engine]), Checker(ServerSettings(), ("false",)), 0, lambda _: False, lambda _: None)
+    scenes = residency(engine, check=("false",))
     asyncio.run(scenes.open(BOX))
     assert engine.opened == [BOX]
 
@@ -233,7 +238,7 @@ def test_what_was_in_a_lost_file_is_forgotten(hall: SceneRef) -> None:
 
 def test_a_file_read_otherwise_is_read_and_loaded_beside_itself(hall: SceneRef) -> None:
     engine = FakeEngine()
-    scenes = residency(engine)
+    scenes = residency(engine, check=CHECK)
     inches = replace(hall, options=ImportOptions(unit="in"))
 
     async def run() -> None:
@@ -262,7 +267,7 @@ def test_few_ways_to_read_a_file_are_remembered(hall: SceneRef) -> None:
 
 def test_a_scene_is_loaded_by_the_worker_of_who_wants_it_and_freed_on_all(hall: SceneRef) -> None:
     first, second = FakeEngine(), FakeEngine()
-    scenes = Residency(EnginePool([first, second]), Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+    scenes = residency(first, second)
 
     async def run() -> None:
         infos = [await scenes.open(hall, client) for client in range(1, 8)]
@@ -277,8 +282,7 @@ def test_a_scene_is_loaded_by_the_worker_of_who_wants_it_and_freed_on_all(hall: 
 
 def test_a_scene_goes_to_the_worker_that_has_room_for_it(hall: SceneRef) -> None:
     full, free = FakeEngine(), FakeEngine()
-    engines = EnginePool([full, free])
-    scenes = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+    scenes = residency(full, free)
 
     async def run() -> None:
         for engine in (full, free):
