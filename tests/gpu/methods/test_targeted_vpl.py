@@ -152,7 +152,8 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: DeviceScene, simulated_t
 
 def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: DeviceScene) -> None:
     def share(**target: float) -> float:
-        targeted = steered(Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "vpls": 2000, **target})))[0]
+        settings = RenderSettings.model_validate({**INDIRECT, "vpls": 2000, **target})
+        targeted = steered(Renderer(room, (640, 480), settings))[0]
         number = targeted._levels.vpl_clusters[-1]
         return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
 
