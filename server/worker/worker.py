@@ -16,7 +16,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from threading import Lock, Thread
 from time import perf_counter
 from typing import Protocol
@@ -149,7 +149,8 @@ class Worker:
         self._connection = connection
         self._backend = backend
         self._sending = Lock()
-        self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
+        # A SimpleQueue waits for ever where a short wait is over before it has begun to wait.
+        self._inbox: Queue[ToWorker] = Queue()
         self._tasks, self._clock = Tasks(), TurnClock()
         self._tasks.others_wait = lambda: not self._inbox.empty()
         self._under_way: dict[int, Render] = {}  # what is rendered, by request

@@ -11,7 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 from types import UnionType
+from unittest.mock import create_autospec
 
 import pytest
 from gradient_worker import (
@@ -58,7 +60,8 @@ from server.wire.worker import (
     pack,
     read,
 )
-from server.worker.worker import FAULT
+from server.worker.tasks import Tasks
+from server.worker.worker import FAULT, Backend, Worker
 
 SCENE = SceneRef("cornell-box", "cornell-box")
 
@@ -308,3 +311,23 @@ def test_an_export_is_answered_with_the_file(pipe: Pipe) -> None:
     exported, payload = pipe.read(Exported)
     assert isinstance(exported, Exported)
     assert (exported.request, payload) == (1, b"glTF with no edits")
+
+
+def test_looks_for_messages_end_however_short_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Tasks, "poll_seconds", 1e-6)
+    backend = create_autospec(Backend, instance=True)
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        worker = Worker(theirs, backend)
+
+        def look() -> None:
+            for viewer in range(2000):
+                worker._inbox.put(Leave(viewer))
+                worker._step()
+                worker._step()  # there is none
+
+        thread = Thread(target=look, daemon=True)
+        thread.start()
+        thread.join(30.0)
+        assert not thread.is_alive()
+    assert backend.leave.call_count == 2000
