@@ -16,7 +16,9 @@ from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.specialisation import made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import delta_light, ris_light, samples_by_power
 from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
@@ -132,29 +134,37 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
     return light
 
 
-# As for direct light, whose candidates are looked at here, too.
-@wp.kernel(module="unique", module_options={"max_unroll": 1})
-def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
-                     vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
-                     irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: adds what its path finds to its irradiance [W/m²]."""
-    sp = first + wp.tid()
-    if sp >= points.count[0]:
-        return
-    pixel = points.pixels[sp]
-    surface = Surface()
-    surface.position = gbuffer.position[pixel]
-    surface.geometric_normal = gbuffer.geometric_normal[pixel]
-    surface.normal = gbuffer.normal[pixel]
-    seed = pixel_seed(pixel, paths.seed)
-    irradiance[pixel] += near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
+@made_for("sheen")
+def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    # As for direct light, whose candidates are looked at here, too.
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
+                         vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
+                         irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+        """One thread an SP: adds what its path finds to its irradiance [W/m²]."""
+        sp = first + wp.tid()
+        if sp >= points.count[0]:
+            return
+        scene = specialise(scene)
+        pixel = points.pixels[sp]
+        surface = Surface()
+        surface.position = gbuffer.position[pixel]
+        surface.geometric_normal = gbuffer.geometric_normal[pixel]
+        surface.normal = gbuffer.normal[pixel]
+        seed = pixel_seed(pixel, paths.seed)
+        irradiance[pixel] += near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
+
+    return near_path_kernel
 
 
 def trace_near_paths(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
-                     paths: NearPaths, irradiance: wp.array) -> None:  # fmt: skip
+                     paths: NearPaths, irradiance: wp.array, features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Add to the `irradiance` (pixel,) of `sps` what bounds of `vpls` leave out, by a path each.
 
     table: of the scene's emitters, which are sampled wherever a path arrives.
     """
     inputs = [scene, table, gbuffer, sps.points, vpls, paths, NEAR_PATH_PARAMETERS, irradiance]
-    launch(near_path_kernel, sps.capacity, inputs, sps.device)
+    launch(near_path_kernel(features), sps.capacity, inputs, sps.device)

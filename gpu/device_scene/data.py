@@ -13,9 +13,11 @@ NORMAL = wp.constant(3)
 TRANSMISSION = wp.constant(4)
 SPECULAR = wp.constant(5)
 SPECULAR_COLOR = wp.constant(6)
-COAT = wp.constant(7)
-COAT_ROUGHNESS = wp.constant(8)
-COAT_NORMAL = wp.constant(9)
+SHEEN_COLOR = wp.constant(7)
+SHEEN_ROUGHNESS = wp.constant(8)
+COAT = wp.constant(9)
+COAT_ROUGHNESS = wp.constant(10)
+COAT_NORMAL = wp.constant(11)
 
 
 @wp.struct
@@ -58,7 +60,7 @@ class MaterialData:
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
     blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
-    coat_roughness, coat_normal_scale: KHR_materials_clearcoat.
+    coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen.
     """
 
     base_color: wp.vec4
@@ -71,6 +73,8 @@ class MaterialData:
     coat: float
     coat_roughness: float
     coat_normal_scale: float
+    sheen_color: wp.vec3
+    sheen_roughness: float
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -111,10 +115,10 @@ class SceneData:
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,)
     RGBA8, least significant byte red; decode (256,) sRGB to linear; sky (1,): radiance of gpu.scene.types.Sky, or
     the tint of the `environment` that there is instead where has_environment says so. alpha: rays must test masks;
-    textured, glossy, coated, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats,
-    glass, mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every
-    surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by
-    which BLEND surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
+    textured, glossy, coated, sheened, transmissive, specular: rays may hit textures, narrow specular lobes, clear
+    coats, sheen, glass, mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian:
+    every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed
+    by which BLEND surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh
@@ -144,6 +148,7 @@ class SceneData:
     textured: bool
     glossy: bool
     coated: bool
+    sheened: bool
     transmissive: bool
     specular: bool
     one_sided: bool

@@ -24,7 +24,7 @@ class SceneFeatures:
     a sky of triangles; gloss: lobes so narrow that they get rays of their own; environment: a picture of the light
     around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells; specular: as `has_specular` tells;
     frosted: glass that scatters what goes through, or is in part something else; coats: clear ones over other
-    surfaces, which are glossy; focus: as `casts_by_lobe` tells.
+    surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces.
     """
 
     masks: bool = True
@@ -42,6 +42,7 @@ class SceneFeatures:
     frosted: bool = True
     coats: bool = True
     focus: bool = True
+    sheen: bool = True
 
     @property
     def lobes(self) -> bool:
@@ -137,4 +138,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         frosted=not lambertian and any(_frosted(material) for material in materials),
         coats=not lambertian and any(_coated(material) for material in materials),
         focus=not lambertian and any(casts_by_lobe(material) for material in materials),
+        sheen=not lambertian and any(material.has_sheen for material in materials),
     )

@@ -1,5 +1,5 @@
 """All that a surface does with light: a coat reflects some, of the rest a share meets glass, and the rest of that
-reflects. A path takes one of these.
+reflects, with its sheen. A path takes one of these.
 """
 
 import warp as wp
@@ -71,6 +71,7 @@ def part_of(surface: Surface, chosen: PartChoice) -> Surface:
         surface.roughness = surface.coat_roughness
         surface.normal = surface.coat_normal
         surface.mirror = False
+        surface.sheen = wp.vec3(0.0, 0.0, 0.0)
     return surface
 
 

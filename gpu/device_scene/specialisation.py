@@ -13,9 +13,10 @@ import warp as wp
 
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.surface import Surface
 
-# What it takes to read a surface's look: whether rays pass its triangle, and its textures.
-LOOK = ("masks", "alpha", "textures")
+# What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
+LOOK = ("masks", "alpha", "textures", "sheen")
 
 Rest = TypeVarTuple("Rest")
 KernelMaker = Callable[[SceneFeatures, *Rest], wp.Kernel]
@@ -41,6 +42,20 @@ def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
 def masks_of(scene: SceneData) -> SceneFeatures:
     """All features, but masks only as `scene` has them for rays of a renderer (DeviceScene.view)."""
     return replace(EVERYTHING, masks=scene.alpha or scene.masked_count > 0, alpha=scene.alpha)
+
+
+@cache
+def surface_specialisation(features: SceneFeatures) -> wp.Function:
+    """A function (Surface) -> Surface, to be called first in one that is not inlined, where nothing is known else."""
+
+    @wp.func
+    def specialise_surface(given: Surface) -> Surface:
+        surface = given
+        if wp.static(not features.sheen):
+            surface.sheen = wp.vec3(0.0, 0.0, 0.0)
+        return surface
+
+    return specialise_surface
 
 
 @cache
@@ -72,6 +87,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.specular = False
         if wp.static(not features.coats):
             scene.coated = False
+        if wp.static(not features.sheen):
+            scene.sheened = False
         return scene
 
     return specialise

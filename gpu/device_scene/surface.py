@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.device_scene.data import EMISSION, Hit, SceneData
+from gpu.device_scene.sheen import LEAST_ROUGHNESS, sheen_reflectance
 from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import NO_MAP, sample_use, texels_at
 from gpu.scene.types import CLEAR_ROUGHNESS
@@ -38,7 +39,9 @@ class Surface:
     glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
     eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
     crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
-    all that, of roughness coat_roughness and with a normal of its own.
+    all that, of roughness coat_roughness and with a normal of its own. sheen: colour of fibres, of roughness
+    sheen_roughness, over what is no glass; what they take of the light that comes from there to where the surface is
+    seen from, diffuse, f0 and f90 are without.
     """
 
     position: wp.vec3
@@ -60,6 +63,8 @@ class Surface:
     coat: float
     coat_roughness: float
     coat_normal: wp.vec3
+    sheen: wp.vec3
+    sheen_roughness: float
 
 
 @wp.func
@@ -127,6 +132,27 @@ def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
 
 
 @wp.func
+def left_by_sheen(surface: Surface, cosine: float) -> float:
+    """What fibres leave of light at an angle of `cosine` to what is below them (the extension's albedo scaling)."""
+    color = surface.sheen
+    most = wp.max(color[0], wp.max(color[1], color[2]))
+    return 1.0 - most * sheen_reflectance(cosine, surface.sheen_roughness)
+
+
+@wp.func
+def below_sheen(surface: Surface, view: wp.vec3, color: wp.vec3, roughness: float) -> Surface:
+    """`surface` with fibres of this colour and roughness over it, as it is seen from unit `view`."""
+    surface.sheen = color
+    surface.sheen_roughness = wp.max(roughness, LEAST_ROUGHNESS)
+    left = left_by_sheen(surface, wp.dot(surface.normal, view))
+    surface.diffuse = surface.diffuse * left
+    surface.f0 = surface.f0 * left
+    surface.f90 = surface.f90 * left
+    surface.mirror = False
+    return surface
+
+
+@wp.func
 def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     """The surface that a ray along unit `direction` hit; `hit` must be one."""
     surface = Surface()
@@ -187,4 +213,7 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
         surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)
         if seen_front and not material.thin:
             surface.absorption = material.absorption
+    if scene.sheened and wp.length_sq(material.sheen_color) > 0.0 and surface.glass == 0.0:
+        color = wp.cw_mul(material.sheen_color, texels.sheen_color)
+        surface = below_sheen(surface, -direction, color, material.sheen_roughness * texels.sheen_roughness)
     return surface

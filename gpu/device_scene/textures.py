@@ -10,6 +10,8 @@ from gpu.device_scene.data import (
     EMISSION,
     METALLIC_ROUGHNESS,
     NORMAL,
+    SHEEN_COLOR,
+    SHEEN_ROUGHNESS,
     SPECULAR,
     SPECULAR_COLOR,
     TRANSMISSION,
@@ -130,6 +132,8 @@ class MaterialTexels:
     transmission: float
     specular: float
     specular_color: wp.vec3
+    sheen_color: wp.vec3
+    sheen_roughness: float
     coat: float
     coat_roughness: float
     normal: wp.vec3
@@ -142,7 +146,7 @@ class MaterialTexels:
 def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels:
     """Those of a triangle's material at its barycentrics; of base colour alone where all is Lambertian.
 
-    One loop over what there is, since kernels would have the code of a texture ten times else.
+    One loop over what there is, since kernels would have the code of a texture a dozen times else.
     """
     texels = MaterialTexels()
     texels.base_color = wp.vec3(1.0, 1.0, 1.0)
@@ -151,6 +155,8 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
     texels.transmission = 1.0
     texels.specular = 1.0
     texels.specular_color = wp.vec3(1.0, 1.0, 1.0)
+    texels.sheen_color = wp.vec3(1.0, 1.0, 1.0)
+    texels.sheen_roughness = 1.0
     texels.coat = 1.0
     texels.coat_roughness = 1.0
     texels.normal_set = NO_MAP
@@ -177,6 +183,10 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
                     texels.specular = found[3]
                 elif slot.use == SPECULAR_COLOR:
                     texels.specular_color = colour
+                elif scene.sheened and slot.use == SHEEN_COLOR:
+                    texels.sheen_color = colour
+                elif scene.sheened and slot.use == SHEEN_ROUGHNESS:
+                    texels.sheen_roughness = found[3]
                 elif slot.use == COAT:
                     texels.coat = found[0]
                 elif slot.use == COAT_ROUGHNESS:

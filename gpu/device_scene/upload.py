@@ -20,6 +20,8 @@ from gpu.device_scene.data import (
     EMISSION,
     METALLIC_ROUGHNESS,
     NORMAL,
+    SHEEN_COLOR,
+    SHEEN_ROUGHNESS,
     SPECULAR,
     SPECULAR_COLOR,
     TRANSMISSION,
@@ -48,7 +50,7 @@ _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption w
 _MATERIAL = layout_of(MaterialData)
 # What materials and their rows call the same.
 _SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
-         "normal_scale", "unlit")  # fmt: skip
+         "normal_scale", "unlit", "sheen_color", "sheen_roughness")  # fmt: skip
 _SLOT = layout_of(SlotData)
 
 
@@ -62,6 +64,8 @@ def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
         TRANSMISSION: material.transmission_slot,
         SPECULAR: material.specular_slot,
         SPECULAR_COLOR: material.specular_color_slot,
+        SHEEN_COLOR: material.sheen_color_slot,
+        SHEEN_ROUGHNESS: material.sheen_roughness_slot,
         COAT: material.clearcoat_slot,
         COAT_ROUGHNESS: material.clearcoat_roughness_slot,
         COAT_NORMAL: material.clearcoat_normal_slot,
@@ -266,6 +270,7 @@ class DeviceScene:
         self._material_rows = rows
         data.materials = struct_array(MaterialData, rows, self.device)
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
+        data.sheened = any(material.has_sheen for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky may show the same picture."""

@@ -12,7 +12,7 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import is_glossy, largest, reflected, sample_specular, specular_density
+from gpu.device_scene.bsdf import is_fibrous, is_glossy, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
@@ -20,7 +20,7 @@ from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.direct.light_selection import LightPick, LightProbes, LightSelection, bins_at, learnt_pick
-from gpu.gbuffer.gbuffer import GBuffer, surface_of
+from gpu.gbuffer.gbuffer import GBuffer, fibrous_surface_of, surface_of
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.resampling import candidate_at
@@ -155,7 +155,7 @@ def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.
 def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples) -> wp.vec3:
     """Radiance that `surface` reflects of all other lights [W/m²/sr]: the mean of estimates by these samples."""
     light = wp.vec3(0.0, 0.0, 0.0)
-    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0):
+    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0 or is_fibrous(surface)):
         glossy = scene.glossy and is_glossy(surface)
         for moment in range(samples.moment, samples.moment + samples.count):
             estimate = ris_light(scene, table, surface, view, samples, moment, glossy)
@@ -195,7 +195,7 @@ def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes 
 @made_for(*LOOK, "gloss", "backdrop", "panes", "environment")
 def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
     """The kernel for scenes of these `features`; learnt: samples have a selection."""
-    specialise = specialisation(features)
+    specialise, surface_of_pixel = specialisation(features), fibrous_surface_of if features.sheen else surface_of
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
@@ -221,7 +221,7 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
         if gbuffer.face[pixel] == NO_HIT:
             return
         scene = specialise(scene)
-        surface = surface_of(gbuffer, pixel)
+        surface = surface_of_pixel(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % image.width, pixel // image.width)

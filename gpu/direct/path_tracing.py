@@ -31,7 +31,7 @@ from gpu.device_scene.scattering import (
     scattering_density,
 )
 from gpu.device_scene.sides import ray_coverage
-from gpu.device_scene.specialisation import made_for, specialisation
+from gpu.device_scene.specialisation import made_for, specialisation, surface_specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light, samples_by_power
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
@@ -171,34 +171,40 @@ def next_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     return met_surface(scene, hit, direction)
 
 
-@wp.func(inline=False)
-def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
-                 seed: int) -> wp.vec3:  # fmt: skip
-    """An estimate of the direct light that `surface` sends to unit `view` [W/m²/sr], but for what glass shows."""
-    light = delta_light(scene, table, surface, view)
-    return light + area_light(scene, table, surface, view, samples_by_power(index, 0, 1, seed))
+def path_light_of(features: SceneFeatures) -> wp.Function:
+    """`path_light` for scenes of these `features`."""
+    known = surface_specialisation(features)
+
+    @wp.func(inline=False)
+    def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
+                     seed: int) -> wp.vec3:  # fmt: skip
+        """An estimate of the direct light that `surface` sends to unit `view` [W/m²/sr], but for what glass shows."""
+        surface = known(surface)
+        light = delta_light(scene, table, surface, view)
+        return light + area_light(scene, table, surface, view, samples_by_power(index, 0, 1, seed))
+
+    @wp.func
+    def path_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, paths: PathSamples, index: int,
+                   seed: int) -> wp.vec3:  # fmt: skip
+        """An estimate of the wanted light that `surface` sends to unit `view` [W/m²/sr]."""
+        light = wp.vec3(0.0, 0.0, 0.0)
+        surface = part_of(surface, choose_part(surface, view, sobol_pair(index, PART_PAIR, seed).x))
+        perfect = surface.glass > 0.0 or surface.mirror
+        if paths.direct:
+            light += surface.emission
+            if not perfect:
+                light += direct_light(scene, table, surface, view, index, seed)
+        if (paths.indirect and table.count > 0) or perfect:
+            light += indirect_light(scene, table, surface, view, paths, index, seed)
+        return light
+
+    return path_light
 
 
-@wp.func
-def path_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, paths: PathSamples, index: int,
-               seed: int) -> wp.vec3:  # fmt: skip
-    """An estimate of the wanted light that `surface` sends to unit `view` [W/m²/sr]."""
-    light = wp.vec3(0.0, 0.0, 0.0)
-    surface = part_of(surface, choose_part(surface, view, sobol_pair(index, PART_PAIR, seed).x))
-    perfect = surface.glass > 0.0 or surface.mirror
-    if paths.direct:
-        light += surface.emission
-        if not perfect:
-            light += direct_light(scene, table, surface, view, index, seed)
-    if (paths.indirect and table.count > 0) or perfect:
-        light += indirect_light(scene, table, surface, view, paths, index, seed)
-    return light
-
-
-@made_for("masks", "glass", "panes", "environment")
+@made_for("masks", "glass", "panes", "environment", "sheen")
 def path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise = specialisation(features)
+    specialise, path_light = specialisation(features), path_light_of(features)
 
     @wp.kernel(module="unique")
     def trace_paths_kernel(

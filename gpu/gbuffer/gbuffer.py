@@ -26,7 +26,8 @@ class GBuffer:
     pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
     specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
     roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera,
-    where `traces_gloss` without what a clear coat reflects;
+    where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, one element in scenes
+    without;
     emitted: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs
     are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem
     to be, as far along the pixel's ray as light has come. gloss: whether there may be narrow specular lobes.
@@ -46,6 +47,7 @@ class GBuffer:
     f0: wp.array[wp.vec3]
     f90: wp.array[float]
     roughness: wp.array[float]
+    sheen: wp.array[wp.vec4]
     throughput: wp.array[wp.vec3]
     emitted: wp.array[wp.vec3]
     apparent: wp.array[wp.vec3]
@@ -58,6 +60,8 @@ def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *,
     gbuffer.chains, gbuffer.traces_gloss = features.specular or traces_gloss, traces_gloss
     if not gbuffer.chains:
         gbuffer.apparent = gbuffer.position
+    if not features.sheen:
+        gbuffer.sheen = wp.zeros(1, dtype=wp.vec4, device=device)
     return gbuffer
 
 
@@ -73,7 +77,7 @@ def apparent_position(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 @wp.func
 def surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
-    """The SP of a pixel as a surface that reflects and is nothing else."""
+    """The SP of a pixel as a surface that reflects and is nothing else, without its sheen."""
     surface = Surface()
     surface.position = gbuffer.position[pixel]
     surface.geometric_normal = gbuffer.geometric_normal[pixel]
@@ -82,6 +86,16 @@ def surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
     surface.f0 = gbuffer.f0[pixel]
     surface.f90 = gbuffer.f90[pixel]
     surface.roughness = gbuffer.roughness[pixel]
+    return surface
+
+
+@wp.func
+def fibrous_surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
+    """`surface_of` with its sheen."""
+    surface = surface_of(gbuffer, pixel)
+    sheen = gbuffer.sheen[pixel]
+    surface.sheen = wp.vec3(sheen[0], sheen[1], sheen[2])
+    surface.sheen_roughness = sheen[3]
     return surface
 
 
@@ -104,7 +118,9 @@ class Lobes(Enum):
 @made_for(*LOOK, "one_sided", "backdrop", "specular", "environment", "frosted", "coats")
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise, frosted, coats = specialisation(features), features.frosted, features.coats
+    specialise, frosted, coats, fibrous = (
+        specialisation(features), features.frosted, features.coats, features.sheen
+    )  # fmt: skip
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
@@ -144,9 +160,9 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
         even = even_reflectance(surface, end.to_viewer)
         if wp.static(lobes is Lobes.FOLLOWED):
             if is_followed(surface):
-                even = even_matt(surface)
+                even = even_matt(surface, end.to_viewer)
         elif wp.static(lobes is Lobes.TRACED):
-            even -= (even - even_matt(surface)) * traced_share(surface.roughness, surface.f90)
+            even -= (even - even_matt(surface, end.to_viewer)) * traced_share(surface.roughness, surface.f90)
         if wp.static(frosted and lobes is Lobes.TRACED):
             # Of what is no glass the lobes count as even.
             matt = even_reflectance(surface, end.to_viewer) * (1.0 - surface.glass)
@@ -158,6 +174,9 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
         out.f0[pixel] = surface.f0
         out.f90[pixel] = surface.f90
         out.roughness[pixel] = surface.roughness
+        if wp.static(fibrous):
+            sheen = surface.sheen
+            out.sheen[pixel] = wp.vec4(sheen[0], sheen[1], sheen[2], surface.sheen_roughness)
 
     return primary_ray_kernel
 

@@ -12,8 +12,8 @@ from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import (
-    even_matt,
-    even_reflectance,
+    even_below,
+    even_diffuse,
     sample_lobe,
     traced_share,
 )
@@ -47,7 +47,7 @@ STEPS = (1, 2, 4, 8)
 @wp.func
 def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
     """What the specular lobe reflects of light that is even all around; more than zero."""
-    return wp.max(even_reflectance(surface, view) - even_matt(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
+    return wp.max(even_below(surface, view) - even_diffuse(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
 
 
 @made_for(*LOOK, "panes", "glass")

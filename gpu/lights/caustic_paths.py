@@ -59,7 +59,7 @@ def sent_share(part: Surface, to_light: wp.vec3) -> float:
         return 1.0
     if part.glass > 0.0:
         return focus_of(part)
-    return wp.max(largest(even_reflectance(part, to_light) - even_matt(part)), 0.0) * focus_of(part)
+    return wp.max(largest(even_reflectance(part, to_light) - even_matt(part, to_light)), 0.0) * focus_of(part)
 
 
 @wp.func

@@ -173,7 +173,7 @@ class FuzzyCorrection:
         def near() -> None:
             irradiance, sparks = frame.indirect.irradiance, self._rays.own
             inputs = frame.gbuffer, points, lights.vpls, paths, irradiance
-            trace_near_paths(frame.scene, lights.table, *inputs)
+            trace_near_paths(frame.scene, lights.table, *inputs, frame.features)
             take_sparks(points, kind.sample, frame.indirect, sparks)
             points.add(frame.smoothing.spread(frame.gbuffer, points, sparks), irradiance)
 

@@ -38,6 +38,8 @@ class Property(StrEnum):
     SPECULAR_COLOR = "specularColorFactor"
     CLEARCOAT = "clearcoatFactor"
     CLEARCOAT_ROUGHNESS = "clearcoatRoughnessFactor"
+    SHEEN_COLOR = "sheenColorFactor"
+    SHEEN_ROUGHNESS = "sheenRoughnessFactor"
     LIGHT_COLOR = "color"
     INTENSITY = "intensity"
     INNER_CONE = "innerConeAngle"
@@ -52,7 +54,7 @@ MATERIAL_PROPERTIES = frozenset(Property) - NODE_PROPERTIES - LIGHT_PROPERTIES
 COMPONENTS: Mapping[Property, int | None] = {
     **dict.fromkeys(Property, 1),
     **dict.fromkeys((Property.TRANSLATION, Property.SCALE, Property.EMISSIVE, Property.LIGHT_COLOR), 3),
-    **dict.fromkeys((Property.ATTENUATION_COLOR, Property.SPECULAR_COLOR), 3),
+    **dict.fromkeys((Property.ATTENUATION_COLOR, Property.SPECULAR_COLOR, Property.SHEEN_COLOR), 3),
     **dict.fromkeys((Property.ROTATION, Property.BASE_COLOR), 4),
     Property.WEIGHTS: None,
 }

@@ -36,6 +36,8 @@ _FIELDS = {
     Property.SPECULAR_COLOR: ("specular_color", 0.0, MOST),
     Property.CLEARCOAT: ("clearcoat", 0.0, 1.0),
     Property.CLEARCOAT_ROUGHNESS: ("clearcoat_roughness", 0.0, 1.0),
+    Property.SHEEN_COLOR: ("sheen_color", 0.0, 1.0),
+    Property.SHEEN_ROUGHNESS: ("sheen_roughness", 0.0, 1.0),
 }
 
 

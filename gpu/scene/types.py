@@ -112,6 +112,10 @@ class Material:
     clearcoat_roughness_slot: TextureSlot | None = None
     clearcoat_normal_slot: TextureSlot | None = None
     clearcoat_normal_scale: float = 1.0
+    sheen_color: Rgb = (0.0, 0.0, 0.0)
+    sheen_roughness: float = 0.0
+    sheen_color_slot: TextureSlot | None = None
+    sheen_roughness_slot: TextureSlot | None = None
     stays_light: bool = field(default=False, compare=False)
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
@@ -124,6 +128,11 @@ class Material:
     def solid_alpha(self) -> float:
         """The alpha from which on there is something, where there is less nothing."""
         return 0.5 if self.alpha_mode is AlphaMode.BLEND else self.alpha_cutoff
+
+    @property
+    def has_sheen(self) -> bool:
+        """Whether fibres on its surfaces reflect something."""
+        return max(self.sheen_color) > 0.0 and not self.unlit
 
     @property
     def is_clear(self) -> bool:

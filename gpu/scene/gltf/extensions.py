@@ -16,6 +16,7 @@ SUPPORTED = frozenset(
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_pbrSpecularGlossiness",
+        "KHR_materials_sheen",
         "KHR_materials_specular",
         "KHR_materials_transmission",
         "KHR_materials_unlit",
@@ -44,7 +45,6 @@ _DISPENSABLE = frozenset(
         "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
         "KHR_materials_iridescence",
-        "KHR_materials_sheen",
         "KHR_xmp",
         "KHR_xmp_json_ld",
     }

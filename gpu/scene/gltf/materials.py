@@ -33,9 +33,9 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
     """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior, coat = (
+    transmission, volume, specular, strength, ior, coat, sheen = (
         entry.named_extension(f"KHR_materials_{name}")
-        for name in ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat")
+        for name in ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen")
     )
     _say_unused(images, entry, volume)
     emission = entry.factors("emissiveFactor", _BLACK, 0.0, _MOST)
@@ -74,6 +74,10 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         stays_light=shines,
         clearcoat_normal_slot=_slot(images, coat, "clearcoatNormalTexture"),
         clearcoat_normal_scale=coat_normal.factor("scale", 1.0, -_LARGE, _LARGE),
+        sheen_color=_rgb(sheen.factors("sheenColorFactor", _BLACK, 0.0, 1.0)),
+        sheen_roughness=sheen.factor("sheenRoughnessFactor", 0.0, 0.0, 1.0),
+        sheen_color_slot=_slot(images, sheen, "sheenColorTexture", srgb=True),
+        sheen_roughness_slot=_slot(images, sheen, "sheenRoughnessTexture"),
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = (

@@ -32,6 +32,8 @@ _MATERIALS = {
     "extensions/KHR_materials_specular/specularColorFactor": Property.SPECULAR_COLOR,
     "extensions/KHR_materials_clearcoat/clearcoatFactor": Property.CLEARCOAT,
     "extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor": Property.CLEARCOAT_ROUGHNESS,
+    "extensions/KHR_materials_sheen/sheenColorFactor": Property.SHEEN_COLOR,
+    "extensions/KHR_materials_sheen/sheenRoughnessFactor": Property.SHEEN_ROUGHNESS,
 }
 _LIGHTS = {
     "color": Property.LIGHT_COLOR,

@@ -71,6 +71,13 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
             **_info("clearcoatRoughnessTexture", material.clearcoat_roughness_slot),
             **coat_normal,
         }
+    if max(material.sheen_color) > 0.0:
+        made["sheen"] = {
+            "sheenColorFactor": list(material.sheen_color),
+            "sheenRoughnessFactor": material.sheen_roughness,
+            **_info("sheenColorTexture", material.sheen_color_slot),
+            **_info("sheenRoughnessTexture", material.sheen_roughness_slot),
+        }
     return {f"KHR_materials_{name}": part for name, part in made.items()}
 
 

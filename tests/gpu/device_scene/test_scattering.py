@@ -17,7 +17,7 @@ from gpu.device_scene.scattering import (
     scattered,
     scattering_density,
 )
-from gpu.device_scene.surface import Surface
+from gpu.device_scene.surface import Surface, below_sheen
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.scene.types import Doubles
 
@@ -29,13 +29,21 @@ HEIGHTS, AZIMUTHS, INSIDE = 10, 16, 20
 SIGNIFICANCE = 0.01
 
 
+@wp.func
+def seen_from(surface: Surface, view: wp.vec3) -> Surface:
+    """As gpu.device_scene.surface.surface_at tells."""
+    if surface.sheen_roughness > 0.0:
+        return below_sheen(surface, view, surface.sheen, surface.sheen_roughness)
+    return surface
+
+
 @wp.kernel
 def scattering_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp.vec3]) -> None:
     """(direction, weight) of an independent sample; a direction of zero where nothing is scattered."""
     index = first + wp.tid()
     seed = pixel_seed(index, 5)
     place = sobol_pair(0, 0, seed)
-    sample = sample_scattering(surface, view, sobol_pair(0, 1, seed).x, place.x, place.y)
+    sample = sample_scattering(seen_from(surface, view), view, sobol_pair(0, 1, seed).x, place.x, place.y)
     if wp.length_sq(sample.weight) > 0.0:
         out[2 * index] = sample.direction
         out[2 * index + 1] = sample.weight
@@ -47,7 +55,8 @@ def value_kernel(first: int, surface: Surface, view: wp.vec3, lights: wp.array[w
     """(density, green of BSDF · cosine) of each direction."""
     index = first + wp.tid()
     light = lights[index]
-    out[index] = wp.vec2(scattering_density(surface, view, light), scattered(surface, view, light)[1])
+    seen = seen_from(surface, view)
+    out[index] = wp.vec2(scattering_density(seen, view, light), scattered(seen, view, light)[1])
 
 
 @wp.kernel
@@ -60,12 +69,14 @@ def choice_kernel(first: int, surface: Surface, choices: wp.array[float], out: w
 
 
 def surface_of(roughness: float, *, diffuse: float = 0.0, f0: float = 0.0, glass: float = 0.0, eta: float = 1.5,
-               thin: bool = False, flipped: bool = False) -> Surface:  # fmt: skip
+               thin: bool = False, flipped: bool = False,
+               sheen: tuple[float, float] = (0.0, 0.0)) -> Surface:  # fmt: skip
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*(-NORMAL if flipped else NORMAL))
     surface.albedo, surface.diffuse, surface.f0 = wp.vec3(1.0, 1.0, 1.0), wp.vec3(diffuse), wp.vec3(f0)
     surface.f90, surface.roughness = float(f0 > 0.0), roughness
     surface.glass, surface.eta, surface.thin, surface.clear = glass, eta, thin, roughness == 0.0
+    surface.sheen, surface.sheen_roughness = wp.vec3(sheen[0]), sheen[1]
     return surface
 
 
@@ -119,6 +130,9 @@ CASES = {
     "dense body": surface_of(0.6, glass=1.0, eta=2.4),
     "frosted body from inside": surface_of(0.6, glass=1.0, eta=1.0 / 1.5),
     "frosted sheet": surface_of(0.5, glass=1.0, thin=True),
+    "cloth": surface_of(0.9, diffuse=0.5, f0=0.04, sheen=(0.8, 0.6)),
+    "velvet": surface_of(1.0, sheen=(1.0, 0.3)),
+    "cloth of metal": surface_of(0.5, f0=0.9, sheen=(0.5, 0.5)),
 }
 
 

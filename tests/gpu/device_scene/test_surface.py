@@ -248,3 +248,39 @@ def test_coats_have_their_factors_and_textures() -> None:
         assert np.allclose(results(coat_kernel, 1, [data], wp.vec2)[0], expected, atol=1e-3)
     lambertian = wall(coat).view(lambertian=True)
     assert not results(coat_kernel, 1, [lambertian], wp.vec2).any()
+
+
+@wp.kernel
+def sheen_kernel(first: int, scene: SceneData, out: wp.array[wp.vec4]) -> None:
+    """Sheen with its roughness, and what it leaves of the diffuse lobe, f0 and f90."""
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -1.0)
+    surface = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, 1.0), direction, 10.0), direction)
+    out[2 * index] = wp.vec4(surface.sheen[0], surface.sheen[1], surface.sheen[2], surface.sheen_roughness)
+    out[2 * index + 1] = wp.vec4(surface.diffuse[0], surface.f0[0], surface.f90, surface.glass)
+
+
+def sheen_of(material: Material, *, lambertian: bool = False) -> Doubles:
+    data = wall(material, textures=[textured((128, 64, 255))]).view(lambertian=lambertian)
+    return results(sheen_kernel, 1, [data], wp.vec4, width=2)
+
+
+def test_cloth_has_its_sheen_and_textures_over_less_of_all_else() -> None:
+    slots = {"sheen_color_slot": TextureSlot(0), "sheen_roughness_slot": TextureSlot(0)}
+    cloth = Material(sheen_color=(0.5, 0.25, 1.0), sheen_roughness=1.0)
+    sheen, below = sheen_of(cloth)
+    assert np.allclose(sheen, [0.5, 0.25, 1.0, 1.0])
+    assert np.allclose(below, np.array([1.0, 0.04, 1.0, 0.0]) * (1.0 - 0.164), atol=0.01)  # E(1, 1)
+    assert sheen_of(replace(cloth, sheen_roughness=0.0))[0, 3] == pytest.approx(0.1)
+    assert np.allclose(sheen_of(replace(cloth, **slots))[0], [0.5 * 128 / 255, 0.25 * 64 / 255, 1.0, 1.0], atol=1e-3)
+    plain = sheen_of(Material())
+    assert not plain[0].any()
+    assert np.allclose(plain[1], [1.0, 0.04, 1.0, 0.0])
+    assert not sheen_of(cloth, lambertian=True)[0].any()
+    assert not sheen_of(replace(cloth, unlit=True))[0].any()
+
+
+def test_glass_has_no_sheen_and_mirrors_with_sheen_are_lobes() -> None:
+    cloth = Material(sheen_color=(1.0, 1.0, 1.0), sheen_roughness=1.0)
+    assert not sheen_of(replace(cloth, transmission=0.5))[0].any()
+    assert glass_of(replace(cloth, metallic=1.0, roughness=0.0))[0][3] < 12.0

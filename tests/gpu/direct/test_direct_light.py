@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,11 @@ def direct(
     trace_direct_light(scene, table, gbuffer, SIZE, direct_samples(samples, moment, seed), out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
+
+
+@wp.kernel
+def sun_kernel(first: int, surface: Surface, view: wp.vec3, light: wp.vec3, out: wp.array[wp.vec3]) -> None:
+    out[first + wp.tid()] = reflected(surface, view, light)
 
 
 def floor(material: int = 0) -> Any:
@@ -209,3 +215,17 @@ def test_an_environment_lights_as_its_irradiance_says() -> None:
     glossy = Material(metallic=1.0, roughness=0.3)
     even = Environment("even", np.ones((4, 8, 3), np.float32))
     assert direct(resident_of([floor()], [glossy], sky=even), camera, 16).mean() == pytest.approx(0.97, abs=0.03)
+
+
+def test_cloth_shines_back_to_where_light_comes_from() -> None:
+    material = replace(grey(0.0), sheen_color=(1.0, 0.5, 0.0), sheen_roughness=0.5)
+    device_scene = resident_of([floor()], [material], lights=[SUN])
+    base = look_at((-0.06, 0.08, 0.0), (0.0, 0.0, 0.0))
+    picture = direct(device_scene, Camera("spot", base.to_world, 1e-3, orthographic=True))
+    surface = Surface()
+    surface.normal = surface.geometric_normal = wp.vec3(*UP)
+    surface.sheen, surface.sheen_roughness = wp.vec3(1.0, 0.5, 0.0), 0.5
+    light = -np.array(SUN.direction)
+    expected = results(sun_kernel, 1, [surface, wp.vec3(-0.6, 0.8, 0.0), wp.vec3(*light)], wp.vec3)[0]
+    assert expected[1] > 0.01
+    assert np.allclose(picture, expected * SUN.intensity, rtol=0.01)

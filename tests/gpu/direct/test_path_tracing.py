@@ -303,3 +303,14 @@ def test_a_coat_reflects_over_what_is_below() -> None:
         coated = replace(grey(albedo), clearcoat=1.0, clearcoat_roughness=0.2)
         picture = paths(resident_of([up], [coated], sky=even), camera, runs=(256,), size=(16, 16))
         assert picture.mean() == pytest.approx(expected, rel=0.03)
+
+
+def test_cloth_shines_when_it_is_seen_from_along_it() -> None:
+    """Black velvet in even light sends back what its fibres do."""
+    even, up = Environment("even", np.ones((4, 8, 3), np.float32)), quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0])
+    velvet = replace(grey(0.0), sheen_color=(1.0, 0.5, 0.0), sheen_roughness=0.5)
+    for cosine, expected in ((1.0, 0.027), (0.5, 0.188), (0.1, 0.567)):
+        eye = np.array([np.sqrt(1.0 - cosine**2), cosine, 0.0]) * 0.2
+        camera = Camera("spot", look_at(eye, (0.0, 0.0, 0.0)).to_world, 1e-3, orthographic=True)
+        picture = paths(resident_of([up], [velvet], sky=even), camera, runs=(256,), size=(16, 16)).mean(axis=(0, 1))
+        assert picture == pytest.approx(np.array([1.0, 0.5, 0.0]) * expected, abs=0.012)

@@ -24,6 +24,8 @@ KEYS: dict[str, list[Any]] = {
     "/materials/0/extensions/KHR_materials_ior/ior": [1.5, 1.25, 2],
     "/materials/0/extensions/KHR_materials_transmission/transmissionFactor": [0, 0.25, 0],
     "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor": [0, 0.5, 1],
+    "/materials/0/extensions/KHR_materials_sheen/sheenColorFactor": [[0, 0, 0], [1, 0.5, 0], [2, 1, 0.5]],
+    "/materials/0/extensions/KHR_materials_sheen/sheenRoughnessFactor": [0, 0.5, 1],
     f"{LIGHTS}/color": [[1, 1, 1], [1, 0.5, 0], [0, 1, 0]],
     f"{LIGHTS}/intensity": [2, 4, 0.5],
     f"{LIGHTS}/spot/innerConeAngle": [0, 0.25, 3],

@@ -33,6 +33,7 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
             "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0, 1, 0]},
             "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 2, 3]},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.125},
+            "KHR_materials_sheen": {"sheenColorFactor": [1, 0.5, 0.25], "sheenRoughnessFactor": 0.75},
         },
     )
     assert material == Material(
@@ -54,6 +55,8 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
         specular_color=(1.0, 2.0, 3.0),
         clearcoat=0.5,
         clearcoat_roughness=0.125,
+        sheen_color=(1.0, 0.5, 0.25),
+        sheen_roughness=0.75,
     )
 
 
@@ -106,6 +109,8 @@ def metal(**values: object) -> dict:
         (extension("volume", attenuationDistance=0), "attenuation_distance", inf, "attenuationDistance"),
         (extension("transmission", transmissionFactor=7), "transmission", 1, "transmissionFactor"),
         (extension("specular", specularFactor=-0.5), "specular", 0, "specularFactor"),
+        (extension("sheen", sheenColorFactor=[2, 0.5, -1]), "sheen_color", (1, 0.5, 0), "sheenColorFactor[0]"),
+        (extension("sheen", sheenRoughnessFactor="rough"), "sheen_roughness", 0, "sheenRoughnessFactor"),
     ],
 )
 def test_what_is_odd_of_a_material_is_mended(
@@ -229,15 +234,17 @@ def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> 
     assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == ["textures of thickness"]
 
 
-def test_coats_and_specular_have_textures(gltf: GltfFile) -> None:
+def test_coats_specular_and_sheen_have_textures(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     use, normal = {"index": 0}, {"index": 0, "scale": 0.5}
     coat = {"clearcoatTexture": use, "clearcoatRoughnessTexture": use, "clearcoatNormalTexture": normal}
     specular = {"specularTexture": use, "specularColorTexture": use}
-    extensions = {"KHR_materials_specular": specular, "KHR_materials_clearcoat": coat}
-    material = material_of(gltf, extensions=extensions)
+    sheen = {"sheenColorTexture": use, "sheenRoughnessTexture": use}
+    layers = {"specular": specular, "clearcoat": coat, "sheen": sheen}
+    material = material_of(gltf, extensions={f"KHR_materials_{name}": layer for name, layer in layers.items()})
     linear = material.clearcoat_slot
     assert linear == material.clearcoat_roughness_slot == material.clearcoat_normal_slot == material.specular_slot
-    # The colour's texture is in sRGB, the others are linear: another texture of the same image.
-    assert None is not linear != material.specular_color_slot is not None
+    assert linear == material.sheen_roughness_slot
+    # Colours' textures are in sRGB, the others are linear: another texture of the same image.
+    assert None is not linear != material.specular_color_slot == material.sheen_color_slot is not None
     assert material.clearcoat_normal_scale == 0.5

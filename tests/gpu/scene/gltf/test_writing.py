@@ -23,6 +23,7 @@ MATERIALS = (
     Material("lamp", emission=(4.0, 2.0, 1.0), double_sided=False, normal_slot=TextureSlot(1), normal_scale=0.5),
     Material("leaf", (1.0, 1.0, 1.0, 0.5), alpha_mode=AlphaMode.MASK, alpha_cutoff=0.25, double_sided=False),
     Material("glass", transmission=0.75, ior=1.25, thickness=0.5, attenuation_color=(0.5, 1.0, 1.0), double_sided=True),
+    Material("velvet", sheen_color=(1.0, 0.5, 0.25), sheen_roughness=0.5, double_sided=True),
     Material("lacquer", clearcoat=0.5, clearcoat_roughness=0.25, specular=0.5, unlit=True, double_sided=True),
 )
 LIGHTS = (
@@ -36,7 +37,8 @@ LIGHTS = (
 def scene() -> Scene:
     """A quad of each material, two of which are one object, far from the world's origin."""
     made = [quad((100.0, 0.5 * n, 50.0), (3.0, 0.0, 0.0), (0.0, 0.25, 1.0), n) for n in range(len(MATERIALS))]
-    parts = [replace(part, name=name) for part, name in zip(made, ("room", "lamp", "room", "pane", "box"), strict=True)]
+    names = "room", "lamp", "room", "pane", "cloth", "box"
+    parts = [replace(part, name=name) for part, name in zip(made, names, strict=True)]
     lights = [replace(it, position=(100.0 + it.position[0], it.position[1], 50.0)) for it in LIGHTS]
     return scene_of(parts, MATERIALS, lights, textures=(CHECKS, BUMPS))
 

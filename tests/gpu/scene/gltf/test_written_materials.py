@@ -41,6 +41,9 @@ def test_every_use_of_a_texture_is_written() -> None:
         specular=0.5,
         specular_slot=slot,
         specular_color_slot=slot,
+        sheen_color=(0.5, 0.0, 0.0),
+        sheen_color_slot=slot,
+        sheen_roughness_slot=slot,
     )
     entry = material_entry(material)
     use = {"index": 3, "texCoord": 1}
@@ -52,6 +55,8 @@ def test_every_use_of_a_texture_is_written() -> None:
     assert coat["clearcoatNormalTexture"] == {**use, "scale": 0.5}
     specular = entry["extensions"]["KHR_materials_specular"]
     assert specular["specularTexture"] == specular["specularColorTexture"] == use
+    sheen = entry["extensions"]["KHR_materials_sheen"]
+    assert sheen["sheenColorTexture"] == sheen["sheenRoughnessTexture"] == use
 
 
 def test_a_texture_is_moved_turned_and_scaled() -> None:
