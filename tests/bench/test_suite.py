@@ -30,7 +30,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Row]]:
         patch.setattr(targets, "REACH_EVERY", 2)
         patch.setattr(targets, "TIMES", targets.TIMES[:1])
         patch.setattr(targets, "ERRORS", targets.ERRORS[:1])
-        options = ["--groups", "paper", "exact", "--scenes-named", "cornell-box", "--size", "32x24", "--device", "cpu"]
+        options = ["--groups", "paper", "exact", "--scenes-named", "cornell-box", "--size", "16x12", "--device", "cpu"]
         patch.setattr("sys.argv", ["bench", *PARTS, "--quick", "--reference-samples", "4", "--out", str(out), *options])
         assert command.main() == 0
     return {part: read_rows(out / f"{part}.json") for part in PARTS}

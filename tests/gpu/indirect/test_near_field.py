@@ -23,8 +23,8 @@ from gpu.settings import Clustering, Component, Method, RenderSettings
 from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.radiosity_cache import RadiosityCache, RadiosityCells, radiosity_cache
 
-SIZE = (48, 36)
-FEW = {"sp_clusters": 400, "vpls": 1000, "vpl_clusters": 60}
+SIZE = (32, 24)
+FEW = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}
 
 
 CORNER = look_at((0.3, -0.1, 0.3), (-0.5, -0.5, -0.5), yfov_degrees=30.0)

@@ -67,8 +67,7 @@ def test_estimates_narrow_at_rest() -> None:
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PHOTON_GATHER, Method.RSM_DISKS])
 def test_every_method_shows_caustics_and_keeps_them_while_light_does_not_change(method: Method) -> None:
-    floor = quad([-0.5, -0.25, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
-    scene = resident_of([*cube(), floor], [GLASS, grey(0.5)], sky=EVEN)
+    scene = lit_glass(cube())
     few = FEW | {"method": method, "vpls": 50, "caustic_photons": 256}
     renderer = Renderer(scene, SIZE, RenderSettings.model_validate(few))
     first = renderer.render(BELOW)

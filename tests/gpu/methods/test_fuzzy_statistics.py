@@ -83,11 +83,16 @@ def test_rays_for_more_pairs_change_little(room: DeviceScene, usual: Frame, name
     assert relative_error(usual, other) < bound
 
 
-@pytest.mark.parametrize("name", ["absent_alpha", "absent_textures", "absent_gloss"])
-def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: DeviceScene, usual: Frame, name: str) -> None:
-    other = frame(room, without(name))
-    assert usual.stats.skips[name] == 1
-    assert other.stats.skips == usual.stats.skips | {name: 0}
+@pytest.mark.parametrize(
+    "names",
+    [("absent_textures",), ("absent_gloss",), ("absent_alpha", "absent_textures", "absent_gloss")],
+)
+def test_kernels_that_know_of_what_is_absent_give_the_same_bits(
+    room: DeviceScene, usual: Frame, names: tuple[str, ...]
+) -> None:
+    other = frame(room, without(*names))
+    assert all(usual.stats.skips[name] == 1 for name in names)
+    assert other.stats.skips == usual.stats.skips | dict.fromkeys(names, 0)
     assert_same(other, usual, room)
 
 

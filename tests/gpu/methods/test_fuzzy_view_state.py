@@ -22,13 +22,13 @@ from gpu.vpl.light_sets import LightSets
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
 COUNTS = {"sp_clusters": 150, "vpls": 1500, "vpl_clusters": 64}
-FRAMES = 6
+FRAMES = 5
 CHOICES: list[dict[str, Any]] = [
     COUNTS,
     {**COUNTS, "component": Component.INDIRECT, "smooth": False},
     {**COUNTS, "method": "exact-vpl", "vpls": 300},
     {"method": "path", "samples": 1},
-    {"target_error": 4e-3, "vpls": 600},
+    {"target_error": 2e-2, "vpls": 400},
 ]
 
 

@@ -24,7 +24,7 @@ from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, ObjectEdit, Scene
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
-from gpu.settings import Method, RenderSettings
+from gpu.settings import Component, Method, RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import (
@@ -352,7 +352,7 @@ def test_an_environment_is_around_every_scene(cpu: str, tmp_path: Path) -> None:
     backend.start(Start(BOX, cpu, environment=EnvironmentOptions(environment=sky)), silent, Tasks())
     outside = LookAt((0.0, 1.0, 20.0), (0.0, 1.0, 40.0), None, 40.0)
     seen = backend.render(
-        job(view=outside, output=".exr", settings=RenderSettings(method=Method.PATH, samples=1)), silent
+        job(view=outside, output=".exr", settings=RenderSettings(component=Component.DIRECT, samples=1)), silent
     )
     assert seen.radiance is not None
     assert np.allclose(seen.radiance, [1.0, 0.5, 0.25])
