@@ -19,14 +19,14 @@ from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
 from gpu.vpl.light_sets import LightSets
 
-SIZE = (48, 36)
+SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
-COUNTS = {"sp_clusters": 150, "vpls": 1500, "vpl_clusters": 64}
-FRAMES = 5
+COUNTS = {"sp_clusters": 150, "vpls": 800, "vpl_clusters": 64}
+FRAMES = 4
 CHOICES: list[dict[str, Any]] = [
     COUNTS,
     {**COUNTS, "component": Component.INDIRECT, "smooth": False},
-    {**COUNTS, "method": "exact-vpl", "vpls": 300},
+    {**COUNTS, "method": "exact-vpl", "vpls": 150},
     {"method": "path", "samples": 1},
     {"target_error": 2e-2, "vpls": 400},
 ]
