@@ -134,7 +134,7 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
     return light
 
 
-@made_for("sheen")
+@made_for("sheen", "films")
 def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -3,7 +3,8 @@
 Single scattering, as the appendix has it: a white furnace shows that metals lose 12 % at roughness 0.5 and 59 % at 1,
 and that the sum of both lobes gains up to 5 % on white dielectrics. The specular lobe is GGX with the height-correlated
 masking of Smith and Schlick's Fresnel term between f0 and f90 (KHR_materials_ior, KHR_materials_specular). Cloth has
-fibres over both (gpu.device_scene.sheen), which reflect by a lobe of their own and take of what is below.
+fibres over both (gpu.device_scene.sheen), which reflect by a lobe of their own and take of what is below. A thin
+film's reflectance takes the place of Schlick's (gpu.device_scene.thin_film).
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import warp as wp
 
 from gpu.core.constants import PI, TWO_PI
 from gpu.device_scene.sheen import sheen_lobe, sheen_reflectance
-from gpu.device_scene.surface import Surface, left_by_sheen
+from gpu.device_scene.surface import Surface, film_fresnel, left_by_sheen
 from gpu.sampling.warps import cone_direction, cosine_direction, orthonormal
 
 # A view along the surface divides by zero.
@@ -99,9 +100,28 @@ def ggx_distribution(normal: wp.vec3, half: wp.vec3, alpha: float) -> float:
 
 @wp.func
 def fresnel(surface: Surface, cosine: float) -> wp.vec3:
-    """Schlick's reflectance of microfacets that are seen at an angle of `cosine`."""
+    """Reflectance of microfacets that are seen at an angle of `cosine`: Schlick's, or a thin film's."""
+    if surface.film > 0.0:
+        return film_fresnel(surface, cosine)
     rise = wp.pow(1.0 - wp.clamp(cosine, 0.0, 1.0), 5.0)
     return surface.f0 * (1.0 - rise) + wp.vec3(surface.f90, surface.f90, surface.f90) * rise
+
+
+@wp.func
+def film_veil(reflectance: wp.vec3) -> wp.vec3:
+    """What a film with this reflectance keeps from the diffuse lobe, which is grey lest that have inverse colours."""
+    most = largest(reflectance)
+    return wp.vec3(most, most, most)
+
+
+@wp.func
+def left_by_veil(surface: Surface, view: wp.vec3) -> wp.vec3:
+    """What a film that is seen from `view` leaves to the diffuse lobe, over what would be left without its veil."""
+    white = wp.vec3(1.0, 1.0, 1.0)
+    if surface.film == 0.0:
+        return white
+    shown = fresnel(surface, wp.dot(surface.normal, view))
+    return wp.cw_div(white - film_veil(shown), wp.max(white - shown, white * 1.0e-3))
 
 
 @wp.func
@@ -194,11 +214,12 @@ def reflected_below(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     half = wp.normalize(view + light)
     reflectance = fresnel(surface, wp.dot(view, half))
     cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
-    passed = wp.vec3(1.0, 1.0, 1.0) - reflectance
+    kept = reflectance
     if is_fibrous(surface):
-        # What fibres take of the reflectance does not come to the diffuse lobe.
-        passed = wp.vec3(1.0, 1.0, 1.0) - reflectance / wp.max(left_by_sheen(surface, cos_view), 1.0e-6)
-    diffuse = wp.cw_mul(passed, surface.diffuse) / PI
+        kept = kept / wp.max(left_by_sheen(surface, cos_view), 1.0e-6)  # what fibres take was there below them
+    if surface.film > 0.0:
+        kept = film_veil(kept)
+    diffuse = wp.cw_mul(wp.vec3(1.0, 1.0, 1.0) - kept, surface.diffuse) / PI
     return (diffuse + reflectance * specular_lobe(surface, cos_view, cos_light, half)) * cos_light
 
 

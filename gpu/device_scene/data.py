@@ -15,9 +15,11 @@ SPECULAR = wp.constant(5)
 SPECULAR_COLOR = wp.constant(6)
 SHEEN_COLOR = wp.constant(7)
 SHEEN_ROUGHNESS = wp.constant(8)
-COAT = wp.constant(9)
-COAT_ROUGHNESS = wp.constant(10)
-COAT_NORMAL = wp.constant(11)
+FILM = wp.constant(9)
+FILM_THICKNESS = wp.constant(10)
+COAT = wp.constant(11)
+COAT_ROUGHNESS = wp.constant(12)
+COAT_NORMAL = wp.constant(13)
 
 
 @wp.struct
@@ -60,7 +62,8 @@ class MaterialData:
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
     blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
-    coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen.
+    coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen;
+    film, film_ior, film_least, film_most: KHR_materials_iridescence, the last two of its thickness [nm].
     """
 
     base_color: wp.vec4
@@ -75,6 +78,10 @@ class MaterialData:
     coat_normal_scale: float
     sheen_color: wp.vec3
     sheen_roughness: float
+    film: float
+    film_ior: float
+    film_least: float
+    film_most: float
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -115,10 +122,11 @@ class SceneData:
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,)
     RGBA8, least significant byte red; decode (256,) sRGB to linear; sky (1,): radiance of gpu.scene.types.Sky, or
     the tint of the `environment` that there is instead where has_environment says so. alpha: rays must test masks;
-    textured, glossy, coated, sheened, transmissive, specular: rays may hit textures, narrow specular lobes, clear
-    coats, sheen, glass, mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian:
-    every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed
-    by which BLEND surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
+    textured, glossy, coated, sheened, filmed, transmissive, specular: rays may hit textures, narrow specular lobes,
+    clear coats, sheen, thin films, glass, mirrors or clear glass; one_sided: cameras do not see the backs of some
+    surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light
+    through; coverage: a seed by which BLEND surfaces are there or not with the probability alpha, 0: they are where
+    alpha is one half or more.
     """
 
     opaque: Bvh
@@ -149,6 +157,7 @@ class SceneData:
     glossy: bool
     coated: bool
     sheened: bool
+    filmed: bool
     transmissive: bool
     specular: bool
     one_sided: bool

@@ -24,7 +24,8 @@ class SceneFeatures:
     a sky of triangles; gloss: lobes so narrow that they get rays of their own; environment: a picture of the light
     around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells; specular: as `has_specular` tells;
     frosted: glass that scatters what goes through, or is in part something else; coats: clear ones over other
-    surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces.
+    surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
+    films: thin ones, which have colours.
     """
 
     masks: bool = True
@@ -43,6 +44,7 @@ class SceneFeatures:
     coats: bool = True
     focus: bool = True
     sheen: bool = True
+    films: bool = True
 
     @property
     def lobes(self) -> bool:
@@ -95,7 +97,7 @@ def casts_by_lobe(material: Material) -> bool:
     face = ((material.ior - 1.0) / (material.ior + 1.0)) ** 2 * material.specular * max(material.specular_color)
     mirror = material.metallic == 1.0 and material.roughness < SURFACE_PARAMETERS.mirror
     lobe = textured or (material.roughness < narrow and not mirror)
-    return lobe and max(material.metallic, face) > BSDF_PARAMETERS.faint
+    return lobe and (material.has_film or max(material.metallic, face) > BSDF_PARAMETERS.faint)
 
 
 def has_specular(scene: Scene) -> bool:
@@ -139,4 +141,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         coats=not lambertian and any(_coated(material) for material in materials),
         focus=not lambertian and any(casts_by_lobe(material) for material in materials),
         sheen=not lambertian and any(material.has_sheen for material in materials),
+        films=not lambertian and any(material.has_film for material in materials),
     )

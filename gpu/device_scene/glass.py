@@ -3,13 +3,15 @@
 A body (KHR_materials_volume) refracts by its index, a sheet (KHR_materials_transmission alone) lets light through
 straight and stands for its two faces and all that happens between them. Both are tinted by the base colour where light
 goes through. Frosted glass has GGX microfacets (Walter et al., Microfacet Models for Refraction through Rough Surfaces,
-2007) with the masking of the BRDF. Radiance that enters a denser body grows with the square of its index.
+2007) with the masking of the BRDF. A thin film gives colours to what is reflected, and takes as much of all colours
+from what goes through as of the brightest. Radiance that enters a denser body grows with the square of its index.
 """
 
 import warp as wp
 
 from gpu.device_scene.bsdf import MIN_COSINE, BsdfSample, facet_density, largest, sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
+from gpu.device_scene.thin_film import film_reflectance
 from gpu.sampling.sobol import BELOW_ONE
 
 
@@ -42,13 +44,44 @@ def attenuated(absorption: wp.vec3, length: float) -> wp.vec3:
 
 
 @wp.func
-def glass_fresnel(surface: Surface, cosine: float) -> float:
-    """What the glass of `surface` reflects at an angle of `cosine`."""
-    if surface.crossed:
-        return 1.0
+def film_on_glass(surface: Surface, cosine: float, plain: float) -> wp.vec3:
+    """What glass with a thin film reflects at an angle of `cosine` >= 0, without it `plain`."""
+    outside = cosine
+    if surface.eta < 1.0:
+        # From inside a body a film reflects as from outside at the angle of refraction.
+        outside = wp.sqrt(wp.max(1.0 - (1.0 - cosine * cosine) / (surface.eta * surface.eta), 0.0))
+    film = film_reflectance(outside, surface.film_ior, surface.film_thickness, surface.film_f0)
+    if surface.thin:
+        film = wp.cw_div(film * 2.0, wp.vec3(1.0, 1.0, 1.0) + film)
+    return wp.lerp(wp.vec3(plain, plain, plain), film, surface.film)
+
+
+@wp.func
+def plain_fresnel(surface: Surface, cosine: float) -> float:
+    """What the glass of `surface` reflects at an angle of `cosine`, without a thin film."""
     if surface.thin:
         return sheet_fresnel(wp.min(wp.abs(cosine), 1.0), surface.eta)
     return dielectric_fresnel(wp.min(wp.abs(cosine), 1.0), surface.eta)
+
+
+@wp.func
+def glass_fresnel(surface: Surface, cosine: float) -> float:
+    """What the glass of `surface` reflects at an angle of `cosine`; of the colours of a thin film, the most."""
+    if surface.crossed:
+        return 1.0
+    plain = plain_fresnel(surface, cosine)
+    if surface.film > 0.0:
+        return largest(film_on_glass(surface, wp.min(wp.abs(cosine), 1.0), plain))
+    return plain
+
+
+@wp.func
+def reflected_colour(surface: Surface, cosine: float) -> wp.vec3:
+    """The colour of what glass reflects at an angle of `cosine`, over `glass_fresnel`: white without a thin film."""
+    if surface.film > 0.0:
+        film = film_on_glass(surface, wp.min(wp.abs(cosine), 1.0), plain_fresnel(surface, cosine))
+        return film / wp.max(largest(film), 1.0e-6)
+    return wp.vec3(1.0, 1.0, 1.0)
 
 
 @wp.func
@@ -120,7 +153,7 @@ def glass_value(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     cos_light = wp.abs(wp.dot(surface.normal, light))
     lobe = specular_lobe(surface, cos_view, cos_light, facet) * cos_light
     if wp.dot(surface.normal, light) > 0.0:
-        return wp.vec3(1.0, 1.0, 1.0) * (reflects * lobe)
+        return reflected_colour(surface, cosine) * (reflects * lobe)
     if surface.thin:
         return surface.albedo * ((1.0 - reflects) * lobe)
     if cosine <= 0.0 or wp.dot(light, facet) >= 0.0:
@@ -145,7 +178,7 @@ def sample_glass(surface: Surface, view: wp.vec3, choice: float, x: float, y: fl
     if not is_on_its_side(surface, light) or (wp.dot(surface.normal, light) < 0.0) != crosses:
         return sample
     if surface.clear:
-        sample.weight = wp.vec3(1.0, 1.0, 1.0)
+        sample.weight = reflected_colour(surface, wp.dot(view, facet))
         if crosses:
             sample.weight = surface.albedo
             if not surface.thin:

@@ -72,6 +72,7 @@ def part_of(surface: Surface, chosen: PartChoice) -> Surface:
         surface.normal = surface.coat_normal
         surface.mirror = False
         surface.sheen = wp.vec3(0.0, 0.0, 0.0)
+        surface.film = 0.0
     return surface
 
 

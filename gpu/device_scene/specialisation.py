@@ -16,7 +16,7 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
 
 # What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
-LOOK = ("masks", "alpha", "textures", "sheen")
+LOOK = ("masks", "alpha", "textures", "sheen", "films")
 
 Rest = TypeVarTuple("Rest")
 KernelMaker = Callable[[SceneFeatures, *Rest], wp.Kernel]
@@ -53,6 +53,8 @@ def surface_specialisation(features: SceneFeatures) -> wp.Function:
         surface = given
         if wp.static(not features.sheen):
             surface.sheen = wp.vec3(0.0, 0.0, 0.0)
+        if wp.static(not features.films):
+            surface.film = 0.0
         return surface
 
     return specialise_surface
@@ -89,6 +91,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.coated = False
         if wp.static(not features.sheen):
             scene.sheened = False
+        if wp.static(not features.films):
+            scene.filmed = False
         return scene
 
     return specialise

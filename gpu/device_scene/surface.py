@@ -8,6 +8,7 @@ from gpu.device_scene.data import EMISSION, Hit, SceneData
 from gpu.device_scene.sheen import LEAST_ROUGHNESS, sheen_reflectance
 from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import NO_MAP, sample_use, texels_at
+from gpu.device_scene.thin_film import film_reflectance, schlick_rise
 from gpu.scene.types import CLEAR_ROUGHNESS
 
 # Glass of a lower index refracts nothing, which the formulas of rough glass divide by.
@@ -41,7 +42,9 @@ class Surface:
     crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
     all that, of roughness coat_roughness and with a normal of its own. sheen: colour of fibres, of roughness
     sheen_roughness, over what is no glass; what they take of the light that comes from there to where the surface is
-    seen from, diffuse, f0 and f90 are without.
+    seen from, diffuse, f0 and f90 are without. film: how much of a thin film is over the faces that reflect, of index
+    film_ior and film_thickness [nm]; film_f0: specular reflectance below it over f90, at normal incidence. f0 is that
+    with which Schlick's law has the film's colour from where the surface is seen.
     """
 
     position: wp.vec3
@@ -65,6 +68,10 @@ class Surface:
     coat_normal: wp.vec3
     sheen: wp.vec3
     sheen_roughness: float
+    film: float
+    film_ior: float
+    film_thickness: float
+    film_f0: wp.vec3
 
 
 @wp.func
@@ -129,6 +136,32 @@ def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
         return wp.vec3(0.0, 0.0, 0.0)
     texture = sample_use(scene, EMISSION, face, u, v)
     return wp.cw_mul(emission, wp.vec3(texture[0], texture[1], texture[2]))
+
+
+@wp.func
+def film_fresnel(surface: Surface, cosine: float) -> wp.vec3:
+    """Reflectance of microfacets with a film over them that are seen at an angle of `cosine`."""
+    rise = schlick_rise(cosine)
+    plain = surface.film_f0 * (1.0 - rise) + wp.vec3(rise, rise, rise)
+    film = film_reflectance(cosine, surface.film_ior, surface.film_thickness, surface.film_f0)
+    return wp.lerp(plain, film, surface.film) * surface.f90
+
+
+@wp.func
+def below_film(surface: Surface, view: wp.vec3, film: float, ior: float, thickness: float) -> Surface:
+    """`surface` with so much of a film over it, of this index and thickness [nm], as it is seen from unit `view`."""
+    if surface.f90 == 0.0:
+        return surface
+    surface.film = film
+    surface.film_ior = ior
+    surface.film_thickness = thickness
+    surface.film_f0 = surface.f0 / surface.f90
+    cosine = wp.dot(surface.normal, view)
+    rise = wp.min(schlick_rise(cosine), 0.99)
+    f90 = wp.vec3(surface.f90, surface.f90, surface.f90)
+    f0 = (film_fresnel(surface, cosine) - f90 * rise) / (1.0 - rise)
+    surface.f0 = wp.min(wp.max(f0, wp.vec3(0.0, 0.0, 0.0)), f90)
+    return surface
 
 
 @wp.func
@@ -213,6 +246,9 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
         surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)
         if seen_front and not material.thin:
             surface.absorption = material.absorption
+    if scene.filmed and material.film > 0.0:
+        thickness = wp.lerp(material.film_least, material.film_most, texels.film_thickness)
+        surface = below_film(surface, -direction, material.film * texels.film, material.film_ior, thickness)
     if scene.sheened and wp.length_sq(material.sheen_color) > 0.0 and surface.glass == 0.0:
         color = wp.cw_mul(material.sheen_color, texels.sheen_color)
         surface = below_sheen(surface, -direction, color, material.sheen_roughness * texels.sheen_roughness)

@@ -8,6 +8,8 @@ from gpu.device_scene.data import (
     COAT_NORMAL,
     COAT_ROUGHNESS,
     EMISSION,
+    FILM,
+    FILM_THICKNESS,
     METALLIC_ROUGHNESS,
     NORMAL,
     SHEEN_COLOR,
@@ -134,6 +136,8 @@ class MaterialTexels:
     specular_color: wp.vec3
     sheen_color: wp.vec3
     sheen_roughness: float
+    film: float
+    film_thickness: float
     coat: float
     coat_roughness: float
     normal: wp.vec3
@@ -157,6 +161,8 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
     texels.specular_color = wp.vec3(1.0, 1.0, 1.0)
     texels.sheen_color = wp.vec3(1.0, 1.0, 1.0)
     texels.sheen_roughness = 1.0
+    texels.film = 1.0
+    texels.film_thickness = 1.0
     texels.coat = 1.0
     texels.coat_roughness = 1.0
     texels.normal_set = NO_MAP
@@ -187,6 +193,10 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
                     texels.sheen_color = colour
                 elif scene.sheened and slot.use == SHEEN_ROUGHNESS:
                     texels.sheen_roughness = found[3]
+                elif scene.filmed and slot.use == FILM:
+                    texels.film = found[0]
+                elif scene.filmed and slot.use == FILM_THICKNESS:
+                    texels.film_thickness = found[1]
                 elif slot.use == COAT:
                     texels.coat = found[0]
                 elif slot.use == COAT_ROUGHNESS:

@@ -18,6 +18,8 @@ from gpu.device_scene.data import (
     COAT_NORMAL,
     COAT_ROUGHNESS,
     EMISSION,
+    FILM,
+    FILM_THICKNESS,
     METALLIC_ROUGHNESS,
     NORMAL,
     SHEEN_COLOR,
@@ -66,6 +68,8 @@ def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
         SPECULAR_COLOR: material.specular_color_slot,
         SHEEN_COLOR: material.sheen_color_slot,
         SHEEN_ROUGHNESS: material.sheen_roughness_slot,
+        FILM: material.iridescence_slot,
+        FILM_THICKNESS: material.iridescence_thickness_slot,
         COAT: material.clearcoat_slot,
         COAT_ROUGHNESS: material.clearcoat_roughness_slot,
         COAT_NORMAL: material.clearcoat_normal_slot,
@@ -90,6 +94,8 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["alpha_cutoff"], row["blend"] = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
     row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
     row["coat_normal_scale"] = material.clearcoat_normal_scale
+    row["film"], row["film_ior"] = material.iridescence, material.iridescence_ior
+    row["film_least"], row["film_most"] = material.iridescence_least, material.iridescence_most
     row["double_sided"] = bool(material.double_sided)
 
 
@@ -271,6 +277,7 @@ class DeviceScene:
         data.materials = struct_array(MaterialData, rows, self.device)
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
         data.sheened = any(material.has_sheen for material in scene.materials)
+        data.filmed = any(material.has_film for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky may show the same picture."""

@@ -201,7 +201,7 @@ def path_light_of(features: SceneFeatures) -> wp.Function:
     return path_light
 
 
-@made_for("masks", "glass", "panes", "environment", "sheen")
+@made_for("masks", "glass", "panes", "environment", "sheen", "films")
 def path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, path_light = specialisation(features), path_light_of(features)

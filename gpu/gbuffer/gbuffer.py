@@ -7,7 +7,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
-from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, traced_share
+from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, left_by_veil, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.scattering import coat_share
@@ -118,8 +118,8 @@ class Lobes(Enum):
 @made_for(*LOOK, "one_sided", "backdrop", "specular", "environment", "frosted", "coats")
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise, frosted, coats, fibrous = (
-        specialisation(features), features.frosted, features.coats, features.sheen
+    specialise, frosted, coats, fibrous, films = (
+        specialisation(features), features.frosted, features.coats, features.sheen, features.films
     )  # fmt: skip
 
     @wp.kernel(module="unique")
@@ -169,6 +169,8 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
             even = wp.where(surface.glass > 0.0, matt, even)
             surface.diffuse = wp.where(surface.glass > 0.0, matt, surface.diffuse)
             surface.f90 = wp.where(surface.glass > 0.0, 0.0, surface.f90)
+        if wp.static(films):
+            surface.diffuse = wp.cw_mul(surface.diffuse, left_by_veil(surface, end.to_viewer))
         out.albedo[pixel] = even
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0

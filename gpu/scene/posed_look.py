@@ -38,6 +38,10 @@ _FIELDS = {
     Property.CLEARCOAT_ROUGHNESS: ("clearcoat_roughness", 0.0, 1.0),
     Property.SHEEN_COLOR: ("sheen_color", 0.0, 1.0),
     Property.SHEEN_ROUGHNESS: ("sheen_roughness", 0.0, 1.0),
+    Property.IRIDESCENCE: ("iridescence", 0.0, 1.0),
+    Property.IRIDESCENCE_IOR: ("iridescence_ior", 1.0, _LARGE),
+    Property.IRIDESCENCE_LEAST: ("iridescence_least", 0.0, _LARGE),
+    Property.IRIDESCENCE_MOST: ("iridescence_most", 0.0, _LARGE),
 }
 
 

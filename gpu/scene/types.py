@@ -76,9 +76,10 @@ class Material:
     """A glTF metallic-roughness material. Colours are linear Rec. 709; emission is radiance [W/m²/sr].
 
     double_sided: whether both sides are seen and emit, or the front alone; None where a format does not tell: both are
-    seen, and the front emits. backdrop: its triangles are a sky around the scene, seen behind everything; they neither
-    stop nor reflect light. stays_light: it is among the lights even where an edit leaves it no emission. path_color:
-    the emission that light paths are drawn by (gpu.scene.path_light), None: its own.
+    seen, and the front emits. iridescence_least, iridescence_most: thickness of its film [nm]. backdrop: its triangles
+    are a sky around the scene, seen behind everything; they neither stop nor reflect light. stays_light: it is among
+    the lights even where an edit leaves it no emission. path_color: the emission that light paths are drawn by
+    (gpu.scene.path_light), None: its own.
     """
 
     name: str = "default"
@@ -116,6 +117,12 @@ class Material:
     sheen_roughness: float = 0.0
     sheen_color_slot: TextureSlot | None = None
     sheen_roughness_slot: TextureSlot | None = None
+    iridescence: float = 0.0
+    iridescence_ior: float = 1.3
+    iridescence_least: float = 100.0
+    iridescence_most: float = 400.0
+    iridescence_slot: TextureSlot | None = None
+    iridescence_thickness_slot: TextureSlot | None = None
     stays_light: bool = field(default=False, compare=False)
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
@@ -133,6 +140,11 @@ class Material:
     def has_sheen(self) -> bool:
         """Whether fibres on its surfaces reflect something."""
         return max(self.sheen_color) > 0.0 and not self.unlit
+
+    @property
+    def has_film(self) -> bool:
+        """Whether there is a thin film on its surfaces that has colours."""
+        return self.iridescence > 0.0 and not self.unlit
 
     @property
     def is_clear(self) -> bool:

@@ -15,6 +15,7 @@ SUPPORTED = frozenset(
         "KHR_materials_clearcoat",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
+        "KHR_materials_iridescence",
         "KHR_materials_pbrSpecularGlossiness",
         "KHR_materials_sheen",
         "KHR_materials_specular",
@@ -44,7 +45,6 @@ _DISPENSABLE = frozenset(
         "KHR_materials_anisotropy",
         "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
-        "KHR_materials_iridescence",
         "KHR_xmp",
         "KHR_xmp_json_ld",
     }

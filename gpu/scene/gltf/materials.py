@@ -15,6 +15,7 @@ _ALPHA_MODES = {"OPAQUE": AlphaMode.OPAQUE, "MASK": AlphaMode.MASK, "BLEND": Alp
 _MOST = 1e30  # radiance: so that float32 holds what is computed with it
 _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
+_EXTENSIONS = ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen", "iridescence")
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
@@ -33,9 +34,8 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
     """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior, coat, sheen = (
-        entry.named_extension(f"KHR_materials_{name}")
-        for name in ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen")
+    transmission, volume, specular, strength, ior, coat, sheen, film = (
+        entry.named_extension(f"KHR_materials_{name}") for name in _EXTENSIONS
     )
     _say_unused(images, entry, volume)
     emission = entry.factors("emissiveFactor", _BLACK, 0.0, _MOST)
@@ -78,6 +78,12 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         sheen_roughness=sheen.factor("sheenRoughnessFactor", 0.0, 0.0, 1.0),
         sheen_color_slot=_slot(images, sheen, "sheenColorTexture", srgb=True),
         sheen_roughness_slot=_slot(images, sheen, "sheenRoughnessTexture"),
+        iridescence=film.factor("iridescenceFactor", 0.0, 0.0, 1.0),
+        iridescence_ior=film.factor("iridescenceIor", 1.3, 1.0, _LARGE),
+        iridescence_least=film.factor("iridescenceThicknessMinimum", 100.0, 0.0, _LARGE),
+        iridescence_most=film.factor("iridescenceThicknessMaximum", 400.0, 0.0, _LARGE),
+        iridescence_slot=_slot(images, film, "iridescenceTexture"),
+        iridescence_thickness_slot=_slot(images, film, "iridescenceThicknessTexture"),
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = (

@@ -34,6 +34,10 @@ _MATERIALS = {
     "extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor": Property.CLEARCOAT_ROUGHNESS,
     "extensions/KHR_materials_sheen/sheenColorFactor": Property.SHEEN_COLOR,
     "extensions/KHR_materials_sheen/sheenRoughnessFactor": Property.SHEEN_ROUGHNESS,
+    "extensions/KHR_materials_iridescence/iridescenceFactor": Property.IRIDESCENCE,
+    "extensions/KHR_materials_iridescence/iridescenceIor": Property.IRIDESCENCE_IOR,
+    "extensions/KHR_materials_iridescence/iridescenceThicknessMinimum": Property.IRIDESCENCE_LEAST,
+    "extensions/KHR_materials_iridescence/iridescenceThicknessMaximum": Property.IRIDESCENCE_MOST,
 }
 _LIGHTS = {
     "color": Property.LIGHT_COLOR,

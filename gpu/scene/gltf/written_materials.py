@@ -78,6 +78,15 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
             **_info("sheenColorTexture", material.sheen_color_slot),
             **_info("sheenRoughnessTexture", material.sheen_roughness_slot),
         }
+    if material.iridescence > 0.0:
+        made["iridescence"] = {
+            "iridescenceFactor": material.iridescence,
+            "iridescenceIor": material.iridescence_ior,
+            "iridescenceThicknessMinimum": material.iridescence_least,
+            "iridescenceThicknessMaximum": material.iridescence_most,
+            **_info("iridescenceTexture", material.iridescence_slot),
+            **_info("iridescenceThicknessTexture", material.iridescence_thickness_slot),
+        }
     return {f"KHR_materials_{name}": part for name, part in made.items()}
 
 

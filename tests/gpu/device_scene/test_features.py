@@ -18,13 +18,14 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(transmission=1.0, roughness=0.3),
         Material(clearcoat=0.5),
         Material(sheen_color=(0.0, 0.5, 0.0)),
+        Material(iridescence=0.5),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
     hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats", "focus",
-              "sheen")  # fmt: skip
+              "sheen", "films")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -98,6 +99,7 @@ def test_mirrors_and_clear_glass_are_specular(material: Material, specular: bool
         (Material(metallic=0.05, roughness=0.2), False),
         (Material(roughness=0.2, ior=1.8), False),
         (Material(roughness=0.2, ior=2.4), True),
+        (Material(roughness=0.2, iridescence=0.5), True),
         (Material(metallic=1.0, metallic_roughness_slot=TextureSlot(0)), True),
         (Material(metallic=1.0, roughness=0.2, unlit=True), False),
         (Material(transmission=1.0, roughness=0.05), False),

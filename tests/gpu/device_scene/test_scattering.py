@@ -70,13 +70,14 @@ def choice_kernel(first: int, surface: Surface, choices: wp.array[float], out: w
 
 def surface_of(roughness: float, *, diffuse: float = 0.0, f0: float = 0.0, glass: float = 0.0, eta: float = 1.5,
                thin: bool = False, flipped: bool = False,
-               sheen: tuple[float, float] = (0.0, 0.0)) -> Surface:  # fmt: skip
+               sheen: tuple[float, float] = (0.0, 0.0), film: float = 0.0) -> Surface:  # fmt: skip
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*(-NORMAL if flipped else NORMAL))
     surface.albedo, surface.diffuse, surface.f0 = wp.vec3(1.0, 1.0, 1.0), wp.vec3(diffuse), wp.vec3(f0)
     surface.f90, surface.roughness = float(f0 > 0.0), roughness
     surface.glass, surface.eta, surface.thin, surface.clear = glass, eta, thin, roughness == 0.0
     surface.sheen, surface.sheen_roughness = wp.vec3(sheen[0]), sheen[1]
+    surface.film, surface.film_ior, surface.film_thickness, surface.film_f0 = film, 1.8, 250.0, wp.vec3(f0)
     return surface
 
 
@@ -132,6 +133,11 @@ CASES = {
     "frosted sheet": surface_of(0.5, glass=1.0, thin=True),
     "cloth": surface_of(0.9, diffuse=0.5, f0=0.04, sheen=(0.8, 0.6)),
     "velvet": surface_of(1.0, sheen=(1.0, 0.3)),
+    "plastic with a film": surface_of(0.4, diffuse=0.5, f0=0.04, film=1.0),
+    "metal with a film": surface_of(0.5, f0=0.9, film=0.5),
+    "body with a film": surface_of(0.5, f0=0.04, glass=1.0, film=1.0),
+    "film from inside a body": surface_of(0.6, f0=0.04, glass=1.0, eta=1.0 / 1.5, film=1.0),
+    "sheet with a film": surface_of(0.5, f0=0.04, glass=1.0, thin=True, film=1.0),
     "cloth of metal": surface_of(0.5, f0=0.9, sheen=(0.5, 0.5)),
 }
 

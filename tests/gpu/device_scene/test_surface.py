@@ -284,3 +284,28 @@ def test_glass_has_no_sheen_and_mirrors_with_sheen_are_lobes() -> None:
     cloth = Material(sheen_color=(1.0, 1.0, 1.0), sheen_roughness=1.0)
     assert not sheen_of(replace(cloth, transmission=0.5))[0].any()
     assert glass_of(replace(cloth, metallic=1.0, roughness=0.0))[0][3] < 12.0
+
+
+@wp.kernel
+def film_kernel(first: int, scene: SceneData, out: wp.array[wp.vec4]) -> None:
+    """A film's share, index, thickness and what it makes of red."""
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -1.0)
+    surface = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, 1.0), direction, 10.0), direction)
+    out[index] = wp.vec4(surface.film, surface.film_ior, surface.film_thickness, surface.f0[0] - surface.film_f0[0])
+
+
+def test_films_have_their_factors_and_textures() -> None:
+    slots = {"iridescence_slot": TextureSlot(0), "iridescence_thickness_slot": TextureSlot(0)}
+    grey = (0.5, 0.5, 0.5, 1.0)
+    film = Material(base_color=grey, metallic=1.0, iridescence=0.5, iridescence_least=200.0, iridescence_most=600.0)
+    thickness = 200.0 + 400.0 * 64 / 255
+    cases = [(film, (0.5, 1.3, 600.0)), (replace(film, **slots), (0.5 * 128 / 255, 1.3, thickness)),
+             (replace(film, unlit=True), (0.0, 0.0, 0.0)), (Material(specular=0.0, iridescence=1.0), (0.0, 0.0, 0.0)),
+             (Material(), (0.0, 0.0, 0.0))]  # fmt: skip
+    for material, expected in cases:
+        data = wall(material, textures=[textured((128, 64, 0))]).data
+        found = results(film_kernel, 1, [data], wp.vec4)[0]
+        assert np.allclose(found[:3], expected, atol=0.01)
+        assert expected[0] == 0.0 or abs(found[3]) > 0.01
+    assert not results(film_kernel, 1, [wall(film).view(lambertian=True)], wp.vec4)[0, :3].any()

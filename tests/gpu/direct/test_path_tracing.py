@@ -314,3 +314,14 @@ def test_cloth_shines_when_it_is_seen_from_along_it() -> None:
         camera = Camera("spot", look_at(eye, (0.0, 0.0, 0.0)).to_world, 1e-3, orthographic=True)
         picture = paths(resident_of([up], [velvet], sky=even), camera, runs=(256,), size=(16, 16)).mean(axis=(0, 1))
         assert picture == pytest.approx(np.array([1.0, 0.5, 0.0]) * expected, abs=0.012)
+
+
+def test_a_film_mirrors_in_colours_of_the_angle() -> None:
+    """As gpu.device_scene.thin_film tells, whose tests compare it with the extension's formulas."""
+    even, up = Environment("even", np.ones((4, 8, 3), np.float32)), quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0])
+    film = Material(base_color=(0.5, 0.5, 0.5, 1.0), metallic=1.0, roughness=0.0, iridescence=1.0, iridescence_most=300)
+    for cosine, expected in ((1.0, (0.436, 0.312, 0.411)), (0.5, (0.586, 0.551, 0.383))):
+        eye = np.array([np.sqrt(1.0 - cosine**2), cosine, 0.0]) * 0.2
+        camera = Camera("spot", look_at(eye, (0.0, 0.0, 0.0)).to_world, 1e-3, orthographic=True)
+        picture = paths(resident_of([up], [film], sky=even), camera, runs=(1,), size=(4, 4))
+        assert np.allclose(picture, expected, atol=0.005)

@@ -10,7 +10,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
-from gpu.scene.types import Camera, Doubles, Sky
+from gpu.scene.types import Camera, Doubles, Material, Sky
 
 FLAGS = {"chains", "gloss", "traces_gloss"}
 SIZE = (24, 16)
@@ -136,3 +136,11 @@ def test_cloth_reflects_even_light_by_its_fibres_and_what_is_below() -> None:
     fibres = 0.5 * 0.027  # E(1, 0.5) of the green channel
     assert np.allclose(seen["albedo"], 0.5 * (1.0 - fibres) + np.array([0.0, fibres, 0.0]), atol=0.005)
     assert np.allclose(seen["diffuse"], 0.5 * (1.0 - fibres), atol=0.005)
+
+
+def test_below_a_film_there_is_what_its_brightest_colour_leaves() -> None:
+    film = Material(base_color=(0.5, 0.5, 0.5, 1.0), iridescence=1.0, iridescence_ior=1.8, iridescence_most=250.0)
+    seen = look(resident_of([*box()], [film]), look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), yfov_degrees=5.0))
+    f0, below = seen["f0"], seen["diffuse"]
+    assert np.ptp(f0, axis=2).min() > 0.1
+    assert np.allclose((1.0 - f0) * below, 0.5 * (1.0 - f0.max(axis=2, keepdims=True)), atol=0.005)

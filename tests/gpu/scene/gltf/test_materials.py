@@ -34,6 +34,12 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
             "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 2, 3]},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.125},
             "KHR_materials_sheen": {"sheenColorFactor": [1, 0.5, 0.25], "sheenRoughnessFactor": 0.75},
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 0.5,
+                "iridescenceIor": 1.75,
+                "iridescenceThicknessMinimum": 200,
+                "iridescenceThicknessMaximum": 600,
+            },
         },
     )
     assert material == Material(
@@ -57,6 +63,10 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
         clearcoat_roughness=0.125,
         sheen_color=(1.0, 0.5, 0.25),
         sheen_roughness=0.75,
+        iridescence=0.5,
+        iridescence_ior=1.75,
+        iridescence_least=200.0,
+        iridescence_most=600.0,
     )
 
 
@@ -111,6 +121,10 @@ def metal(**values: object) -> dict:
         (extension("specular", specularFactor=-0.5), "specular", 0, "specularFactor"),
         (extension("sheen", sheenColorFactor=[2, 0.5, -1]), "sheen_color", (1, 0.5, 0), "sheenColorFactor[0]"),
         (extension("sheen", sheenRoughnessFactor="rough"), "sheen_roughness", 0, "sheenRoughnessFactor"),
+        (extension("iridescence", iridescenceFactor=2), "iridescence", 1, "iridescenceFactor"),
+        (extension("iridescence", iridescenceIor=0.5), "iridescence_ior", 1, "iridescenceIor"),
+        (extension("iridescence", iridescenceThicknessMinimum=-1), "iridescence_least", 0, "ThicknessMinimum"),
+        (extension("iridescence", iridescenceThicknessMaximum=[]), "iridescence_most", 400, "ThicknessMaximum"),
     ],
 )
 def test_what_is_odd_of_a_material_is_mended(
@@ -234,17 +248,18 @@ def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> 
     assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == ["textures of thickness"]
 
 
-def test_coats_specular_and_sheen_have_textures(gltf: GltfFile) -> None:
+def test_coats_specular_sheen_and_films_have_textures(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     use, normal = {"index": 0}, {"index": 0, "scale": 0.5}
     coat = {"clearcoatTexture": use, "clearcoatRoughnessTexture": use, "clearcoatNormalTexture": normal}
     specular = {"specularTexture": use, "specularColorTexture": use}
     sheen = {"sheenColorTexture": use, "sheenRoughnessTexture": use}
-    layers = {"specular": specular, "clearcoat": coat, "sheen": sheen}
+    film = {"iridescenceTexture": use, "iridescenceThicknessTexture": use}
+    layers = {"specular": specular, "clearcoat": coat, "sheen": sheen, "iridescence": film}
     material = material_of(gltf, extensions={f"KHR_materials_{name}": layer for name, layer in layers.items()})
     linear = material.clearcoat_slot
     assert linear == material.clearcoat_roughness_slot == material.clearcoat_normal_slot == material.specular_slot
-    assert linear == material.sheen_roughness_slot
+    assert linear == material.sheen_roughness_slot == material.iridescence_slot == material.iridescence_thickness_slot
     # Colours' textures are in sRGB, the others are linear: another texture of the same image.
     assert None is not linear != material.specular_color_slot == material.sheen_color_slot is not None
     assert material.clearcoat_normal_scale == 0.5

@@ -24,6 +24,14 @@ MATERIALS = (
     Material("leaf", (1.0, 1.0, 1.0, 0.5), alpha_mode=AlphaMode.MASK, alpha_cutoff=0.25, double_sided=False),
     Material("glass", transmission=0.75, ior=1.25, thickness=0.5, attenuation_color=(0.5, 1.0, 1.0), double_sided=True),
     Material("velvet", sheen_color=(1.0, 0.5, 0.25), sheen_roughness=0.5, double_sided=True),
+    Material(
+        "soap",
+        iridescence=0.5,
+        iridescence_ior=1.25,
+        iridescence_least=200.0,
+        iridescence_most=500.0,
+        double_sided=True,
+    ),
     Material("lacquer", clearcoat=0.5, clearcoat_roughness=0.25, specular=0.5, unlit=True, double_sided=True),
 )
 LIGHTS = (
@@ -37,7 +45,7 @@ LIGHTS = (
 def scene() -> Scene:
     """A quad of each material, two of which are one object, far from the world's origin."""
     made = [quad((100.0, 0.5 * n, 50.0), (3.0, 0.0, 0.0), (0.0, 0.25, 1.0), n) for n in range(len(MATERIALS))]
-    names = "room", "lamp", "room", "pane", "cloth", "box"
+    names = "room", "lamp", "room", "pane", "cloth", "bubble", "box"
     parts = [replace(part, name=name) for part, name in zip(made, names, strict=True)]
     lights = [replace(it, position=(100.0 + it.position[0], it.position[1], 50.0)) for it in LIGHTS]
     return scene_of(parts, MATERIALS, lights, textures=(CHECKS, BUMPS))

@@ -44,6 +44,9 @@ def test_every_use_of_a_texture_is_written() -> None:
         sheen_color=(0.5, 0.0, 0.0),
         sheen_color_slot=slot,
         sheen_roughness_slot=slot,
+        iridescence=0.5,
+        iridescence_slot=slot,
+        iridescence_thickness_slot=slot,
     )
     entry = material_entry(material)
     use = {"index": 3, "texCoord": 1}
@@ -57,6 +60,8 @@ def test_every_use_of_a_texture_is_written() -> None:
     assert specular["specularTexture"] == specular["specularColorTexture"] == use
     sheen = entry["extensions"]["KHR_materials_sheen"]
     assert sheen["sheenColorTexture"] == sheen["sheenRoughnessTexture"] == use
+    film = entry["extensions"]["KHR_materials_iridescence"]
+    assert film["iridescenceTexture"] == film["iridescenceThicknessTexture"] == use
 
 
 def test_a_texture_is_moved_turned_and_scaled() -> None:
