@@ -3,7 +3,7 @@
 import warp as wp
 
 from gpu.core.device import BLOCK
-from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
+from gpu.core.kernel_loading import compile_for, imported_kernels, load_kernels, noted_kernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -34,3 +34,8 @@ def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
     block = BLOCK if device.is_cuda else 1
     load_kernels(imported_kernels(), device, block)
     load_kernels(frame_kernels(device_scene, settings), device, block)
+
+
+def warm_up_for(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
+    """Compile what `warm_up` would load on GPUs of this compute capability times ten, wherever the scene is."""
+    compile_for([*imported_kernels(), *frame_kernels(device_scene, settings)], architecture, BLOCK)

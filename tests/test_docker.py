@@ -14,7 +14,8 @@ COMPOSE = (ROOT / "docker" / "compose.yaml").read_text()
 def test_the_base_is_named_by_its_digest() -> None:
     (base,) = re.findall(r"^ARG BASE=(.*)$", DOCKERFILE, re.M)
     assert re.fullmatch(r"debian:[\w-]+@sha256:[0-9a-f]{64}", base)
-    assert all(line.split()[1] == "$BASE" for line in DOCKERFILE.splitlines() if line.startswith("FROM"))
+    stages = re.findall(r"^FROM (\S+)(?: AS (\S+))?$", DOCKERFILE, re.M)
+    assert {source for source, _ in stages} <= {"$BASE", *(name for _, name in stages)}
 
 
 def test_packages_of_python_are_checked_by_hash() -> None:

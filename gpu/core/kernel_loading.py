@@ -58,6 +58,17 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
         wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
 
 
+def compile_for(kernels: Iterable[wp.Kernel], architecture: int, block: int) -> None:
+    """Compile these kernels into Warp's cache, for GPUs of this compute capability times ten.
+
+    No GPU need be here. block: threads of a block; architecture: one of `wp.get_cuda_supported_archs()`.
+    """
+    modules = dict.fromkeys(kernel.module for kernel in kernels)
+    with ThreadPoolExecutor(WORKERS) as pool:
+        for built in [pool.submit(_compile, module, None, block, architecture) for module in modules]:
+            built.result()
+
+
 def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
     """Compile a kernel for blocks of so many threads, if Warp's cache has it not, while others have the device.
 
@@ -75,9 +86,9 @@ def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
     _built.add(build)  # what a compiler had to say against it, the launch says
 
 
-def _compile(module: wp.Module, device: wp.Device, block: int) -> None:
-    """As the first part of `wp.Module.load`."""
+def _compile(module: wp.Module, device: wp.Device | None, block: int, architecture: int | None = None) -> None:
+    """As the first part of `wp.Module.load`; architecture: of which GPUs, where they are not here."""
     folder = Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block)
-    name = module._get_compile_output_name(device, block_dim=block)
-    options = module.resolved_options[block]
-    module._compile(device, folder, name, module._get_compile_arch(device), options=options)
+    name = module._get_compile_output_name(device, architecture, block_dim=block)
+    architecture = architecture or module._get_compile_arch(device)
+    module._compile(device, folder, name, architecture, options=module.resolved_options[block])

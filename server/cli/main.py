@@ -118,7 +118,15 @@ def _parser() -> ArgumentParser:
 
     warm = commands.add_parser("warm", help="compile the kernels of scenes ahead, so that nobody waits for it")
     warm.add_argument("scenes", metavar="SCENE", nargs="*", help=f"{SCENE_HELP}; all built-in ones when none is given")
-    warm.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    where = warm.add_mutually_exclusive_group()
+    where.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    where.add_argument(
+        "--architecture",
+        metavar="SM",
+        action="append",
+        type=int,
+        help="of GPUs that need not be here: ten times their compute capability, such as 90; may be given again",
+    )
     add_options(warm, RenderSettings, "light and quality")
     add_options(warm, ImportOptions, READING)
     warm.set_defaults(command=_warm)
@@ -184,7 +192,10 @@ def _info(options: Namespace) -> int:
 def _warm(options: Namespace) -> int:
     settings, reading = model_from(options, RenderSettings), model_from(options, ImportOptions)
 
-    from server.cli.warm import warm_scenes
+    from server.cli.warm import warm_scenes, warm_scenes_for
 
-    warm_scenes(tuple(options.scenes), reading, options.device, settings)
+    if options.architecture is None:
+        warm_scenes(tuple(options.scenes), reading, options.device, settings)
+    else:
+        warm_scenes_for(tuple(options.scenes), reading, tuple(options.architecture), settings)
     return 0

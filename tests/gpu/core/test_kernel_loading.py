@@ -1,4 +1,5 @@
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from secrets import randbits
 from threading import Event, current_thread
 from time import sleep
@@ -8,7 +9,7 @@ import warp as wp
 
 from gpu.core import kernel_loading
 from gpu.core.device import launch, launch_together
-from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
+from gpu.core.kernel_loading import compile_for, imported_kernels, load_kernels, noted_kernels
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.sharing import DEVICE_SHARING
 
@@ -42,6 +43,15 @@ def test_modules_are_loaded_once_each_side_by_side(monkeypatch: pytest.MonkeyPat
     load_kernels([], device, 1)
     load_kernels([iota_kernel], device, 128)
     assert asked == [([iota_kernel.module], block, kernel_loading.WORKERS) for block in (1, 128)]
+
+
+def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    kernel = new_kernel()
+    compile_for([kernel, kernel], 90, 128)
+    name = kernel.module.get_module_identifier(128)  # where Warp looks for it on such a GPU
+    assert (tmp_path / name / f"{name}.sm90.cubin").stat().st_size > 0
+    assert not list(tmp_path.rglob("*.o"))
 
 
 def test_imported_kernels_are_the_packages_own() -> None:

@@ -37,7 +37,24 @@ def test_all_built_in_scenes_are_warmed_where_none_is_named(
     assert [name for name, _ in warmed] == list(BUILTIN)
 
 
-@pytest.mark.parametrize("arguments", [["missing.glb"], ["cornell-box", "--device=cuda:99"], ["--method=none"]])
+def test_scenes_are_warmed_for_gpus_that_are_not_here(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found: list[tuple[int, str, Method]] = []
+
+    def note(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
+        found.append((architecture, device_scene.scene.name, settings.method))
+
+    monkeypatch.setattr(warm, "warm_up_for", note)
+    assert main(["warm", "cornell-box", "--architecture=90", "--architecture=89", "--method=path"]) == 0
+    assert found == [(90, "cornell-box", Method.PATH), (89, "cornell-box", Method.PATH)]
+    assert capsys.readouterr().out.startswith("cornell-box: ")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["missing.glb"], ["cornell-box", "--device=cuda:99"], ["--method=none"], ["cornell-box", "--architecture=91"]],
+)
 def test_what_is_not_there_is_said_in_a_line(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["warm", *arguments]) == 2
     assert capsys.readouterr().err.count("\n") == 1
