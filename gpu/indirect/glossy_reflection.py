@@ -40,6 +40,9 @@ from gpu.indirect.lobe_light import (
 )
 from gpu.sampling.sobol import sobol_pair_at
 
+# Of the kernel, as of gpu.direct.direct_light's.
+REGISTERS = 96
+
 # Of the à-trous transform, each twice the one before; a launch each.
 STEPS = (1, 2, 4, 8)
 
@@ -55,7 +58,7 @@ def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=REGISTERS)
     def glossy_ray_kernel(
         first: int,
         scene: SceneData,
