@@ -83,7 +83,7 @@ def room() -> DeviceScene:
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))
-@settings(max_examples=3, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=2, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck))
 def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[SceneEdits]) -> None:
     base, options = room(), RenderSettings(**COUNTS, method=method)
     now = base.edited(base.scene)
