@@ -68,7 +68,7 @@ def test_the_estimate_is_the_error_against_exact_vpl(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(Probes, "estimate", heard)
     renderer = Renderer(room, SIZE, RenderSettings(**CHOICE, target_error=1e-3, smooth=smooth))
-    frames = [renderer.render(CAMERA) for _ in range(30)]
+    frames = [renderer.render(CAMERA) for _ in range(16)]
     counts = [(frame.stats.counts["sp_clusters"], frame.stats.counts["vpl_clusters"]) for frame in frames]
     assert len(set(counts)) == 1
     exact = RenderSettings(**CHOICE, method=Method.EXACT_VPL, vpl_clusters=counts[0][1])

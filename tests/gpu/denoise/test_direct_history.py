@@ -159,7 +159,7 @@ def walk(renderer: Renderer, first: int, last: int) -> list[Doubles]:
 
 
 def test_a_walk_has_less_noise_and_as_much_light(room: DeviceScene) -> None:
-    truth = renderer_of(room, samples=256, smooth=False).render(pose(9.5)).radiance().astype(float)
+    truth = renderer_of(room, samples=128, smooth=False).render(pose(9.5)).radiance().astype(float)
 
     def error(**changes: Any) -> float:
         last = walk(renderer_of(room, **changes), 0, 20)[-1]

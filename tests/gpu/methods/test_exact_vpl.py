@@ -14,7 +14,7 @@ def room() -> DeviceScene:
 def test_exact_vpl_agrees_with_path_tracing(room: DeviceScene) -> None:
     settings = {"component": Component.INDIRECT, "lambertian": True}
     exact = picture(room, method=Method.EXACT_VPL, **settings, vpls=8000, vpl_clusters=400)
-    paths = picture(room, method=Method.PATH, samples=256, **settings)
+    paths = picture(room, method=Method.PATH, samples=128, **settings)
     assert exact.mean() == pytest.approx(paths.mean(), rel=0.04)
     assert relative_error(exact, paths) < 0.02
 
@@ -26,7 +26,7 @@ def test_mirrors_show_the_room_as_path_tracing_does() -> None:
     """
     room, settings = mirror_room(), {"bounces": 12, "samples": 16}
     exact = picture(room, method=Method.EXACT_VPL, **settings)
-    paths = picture(room, method=Method.PATH, **{**settings, "samples": 256})
+    paths = picture(room, method=Method.PATH, **{**settings, "samples": 128})
     shown = np.zeros(SIZE[::-1], bool)
     shown[11:22, 18:31] = True
     for part in (shown, ~shown):
