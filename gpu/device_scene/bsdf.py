@@ -264,7 +264,9 @@ def even_matt(surface: Surface, view: wp.vec3) -> wp.vec3:
 def even_below(surface: Surface, view: wp.vec3) -> wp.vec3:
     """The part of `even_reflectance` that all but fibres has."""
     if surface.f90 == 0.0:
-        return surface.diffuse
+        if is_fibrous(surface):
+            return surface.diffuse
+        return surface.albedo
     cosine = wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0)
     rough = surface.roughness
     lost = 0.63 + 0.281 * cosine - 0.555 * rough + 1.066 * rough * cosine - 0.714 * cosine * cosine

@@ -185,5 +185,5 @@ def test_even_light_is_reflected_as_its_fit_says() -> None:
 
 def test_matt_surfaces_reflect_their_base_colour() -> None:
     surface = surface_of(0.3, 0.0, 1.0)
-    surface.diffuse = wp.vec3(0.3, 0.5, 0.7)
+    surface.albedo = wp.vec3(0.3, 0.5, 0.7)
     assert np.allclose(results(even_kernel, 1, [surface, wp.vec3(*at_angle(50.0))], wp.vec3), (0.3, 0.5, 0.7))
