@@ -156,11 +156,11 @@ class SceneData:
     textured: bool
     glossy: bool
     coated: bool
-    sheened: bool
-    filmed: bool
     transmissive: bool
     specular: bool
     one_sided: bool
     lambertian: bool
     ignore_alpha: bool
+    sheened: bool
+    filmed: bool
     coverage: wp.uint32
