@@ -18,7 +18,7 @@ from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
 from server.rest.scene_paths import ABOVE, SCENE
 from server.rest.server_sent_events import MEDIA_TYPE, event, event_stream, wants_events
-from server.scenes.checker import SceneSize
+from server.scenes.checked import SceneSize
 from server.scenes.uploads import ARCHIVE, Uploads
 from server.service import Service, TheService
 from server.wire.browser import SceneId, SceneInfo, SceneName, ScenePatch

@@ -27,7 +27,7 @@ from gpu.scene.load import READ_BY_A_PROCESS, WRITTEN_IN_MEMORY, load_scene
 from gpu.scene.types import Scene
 from server.scenes import walls
 from server.scenes.archives import UnpackedError, unpack
-from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
+from server.scenes.checked import Checked, CheckRequest, Refused, SceneSize
 from server.scenes.packed_scene import write_scene
 from server.scenes.scene_info import describe_scene
 

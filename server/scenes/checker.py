@@ -11,71 +11,23 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 
-from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from gpu.child_process import clean_environment, module_command
 from gpu.errors import SceneError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
-from gpu.scene.limits import SceneLimits
 from server.places import Places, asker
 from server.refusals import TooBusyError
 from server.scenes import walls
 from server.scenes.archives import UnpackedError
+from server.scenes.checked import Checked, CheckRequest, Refused
 from server.scenes.kept_scenes import KEPT_SECONDS, KeptScene, KeptScenes
 from server.settings import ServerSettings
-from server.wire.browser import SceneInfo
 
 CHECK = module_command("server.scenes.check_scene")
 AT_ONCE = 2
 MAX_WAITING, MAX_WAITING_OF_ONE = 32, 16
 log = logging.getLogger("lumenwalk.checker")
-
-
-class SceneSize(BaseModel):
-    """How much of everything a scene has; `texels` counts pixels that several textures share once."""
-
-    model_config = ConfigDict(frozen=True)
-
-    vertices: int
-    triangles: int
-    uv_sets: int
-    colored: bool
-    materials: int
-    texels: int
-
-
-class CheckRequest(BaseModel):
-    """What a child is to read: a built-in name or a file, which is an archive if there is a folder to unpack it in.
-
-    result: the descriptor of an open file that gets the scene itself (server.scenes.packed_scene), if it is wanted.
-    """
-
-    source: str
-    folder: str | None
-    limits: SceneLimits
-    max_unpacked_bytes: int
-    memory_bytes: int
-    seconds: float
-    options: ImportOptions = DEFAULT_OPTIONS
-    result: int | None = None
-
-
-class Checked(BaseModel):
-    """A sound scene. source: the scene itself, which for an archive is a file in the folder."""
-
-    model_config = ConfigDict(frozen=True)
-
-    source: str
-    info: SceneInfo
-    size: SceneSize
-
-
-class Refused(BaseModel):
-    """What is wrong with a scene: the place in it, and the problem; of an archive that is too large, its size."""
-
-    field: str
-    problem: str
-    unpacked_bytes: int | None = None
 
 
 _answer: TypeAdapter[Checked | Refused] = TypeAdapter(Checked | Refused)

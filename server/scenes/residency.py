@@ -13,7 +13,8 @@ from server.render.engine import Engine
 from server.render.engine_pool import EnginePool
 from server.render.schedule import Urgency
 from server.render.worker_link import TurnedAwayError
-from server.scenes.checker import Checked, Checker, SceneSize
+from server.scenes.checked import Checked, SceneSize
+from server.scenes.checker import Checker
 from server.wire.browser import SceneInfo
 from server.wire.worker import STILLS, SceneRef
 

@@ -27,7 +27,8 @@ from server.folders import TemporaryFolder, hold
 from server.places import asker
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.archives import UnpackedError
-from server.scenes.checker import Checked, Checker
+from server.scenes.checked import Checked
+from server.scenes.checker import Checker
 from server.settings import ServerSettings
 
 PREFIX = "uploads/"

@@ -6,11 +6,10 @@ what it sends must not be able to run anything in the web process. Its cost, som
 """
 
 import struct
-from asyncio import StreamReader
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Annotated, Any, BinaryIO, Literal, get_args
+from typing import Annotated, Any, BinaryIO, Literal, Protocol, get_args
 
 from pydantic import Field, TypeAdapter
 
@@ -386,7 +385,15 @@ def read(pipe: BinaryIO) -> tuple[ToWorker | FromWorker, bytes]:
     return _adapter.validate_json(body[:text]), body[text:]
 
 
-async def receive(stream: StreamReader, most_bytes: Callable[[], int]) -> tuple[ToWorker | FromWorker, bytes]:
+class ByteStream(Protocol):
+    """What is wanted of an asyncio.StreamReader: workers, which have none, start sooner without that module."""
+
+    async def readexactly(self, n: int) -> bytes:
+        """So many bytes, or IncompleteReadError."""
+        ...
+
+
+async def receive(stream: ByteStream, most_bytes: Callable[[], int]) -> tuple[ToWorker | FromWorker, bytes]:
     """The next message from an asyncio stream.
 
     Raises EOFError (IncompleteReadError) when the other side is gone, and ValueError for what is no message or larger

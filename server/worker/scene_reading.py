@@ -11,7 +11,8 @@ from gpu.child_process import clean_environment
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
 from gpu.scene.types import Scene
-from server.scenes.checker import CHECK, ONE_THREAD, CheckRequest, Refused, answer_of, too_long
+from server.scenes.checked import CheckRequest, Refused
+from server.scenes.checker import CHECK, ONE_THREAD, answer_of, too_long
 from server.scenes.kept_scenes import seal
 from server.scenes.packed_scene import read_scene
 from server.wire.worker import SceneRef, Start

@@ -26,7 +26,7 @@ import json
 import os
 import sys
 import server.scenes.check_scene as check_scene
-from server.scenes.checker import CheckRequest
+from server.scenes.checked import CheckRequest
 import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
 opening = lambda name, args: name == "open" and not args[2] & os.O_PATH
 for line in sys.stdin.read().splitlines():
@@ -43,7 +43,7 @@ WRITING = """
 import os
 import sys
 from server.scenes.check_scene import check
-from server.scenes.checker import CheckRequest
+from server.scenes.checked import CheckRequest
 print(check(CheckRequest.model_validate_json(sys.stdin.read())).model_dump_json(), flush=True)
 os.write(os.open(sys.argv[1], os.O_CREAT | os.O_WRONLY), b"x")
 """

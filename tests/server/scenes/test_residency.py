@@ -16,7 +16,8 @@ from server.places import asker
 from server.refusals import NoRoomError
 from server.render.activity import Activity, EngineState
 from server.render.engine_pool import EnginePool
-from server.scenes.checker import CHECK, Checked, Checker, SceneSize
+from server.scenes.checked import Checked, SceneSize
+from server.scenes.checker import CHECK, Checker
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
 from server.wire.worker import OpenScene, SceneRef
