@@ -8,7 +8,8 @@ from scenes import box, grey, resident_of
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.specialisation import made_for, masks_of, specialisation
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation, surface_specialisation
+from gpu.device_scene.surface import Surface
 from gpu.scene.types import AlphaMode, Material
 
 NOTHING = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
@@ -47,6 +48,21 @@ def test_scenes_that_do_not_differ_in_it_have_one_kernel() -> None:
     assert told_kernel(EVERYTHING, 0) is told_kernel(replace(EVERYTHING, panes=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(replace(EVERYTHING, gloss=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(EVERYTHING, 1)
+
+
+@pytest.mark.parametrize("features", [EVERYTHING, NOTHING])
+def test_surfaces_lose_what_scenes_have_not(features: SceneFeatures) -> None:
+    known = surface_specialisation(features)
+
+    @wp.kernel(module="unique")
+    def known_kernel(first: int, surface: Surface, found: wp.array[float]) -> None:
+        surface = known(surface)
+        found[0] = surface.sheen[1] + surface.film
+
+    surface, found = Surface(), wp.zeros(1, dtype=float, device="cpu")
+    surface.sheen, surface.film = wp.vec3(0.0, 0.5, 0.0), 0.25
+    launch(known_kernel, 1, [surface, found], wp.get_device("cpu"))
+    assert found.numpy()[0] == (0.75 if features is EVERYTHING else 0.0)
 
 
 @pytest.mark.parametrize(
