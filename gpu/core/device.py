@@ -40,6 +40,9 @@ FIRST_CPU_SLICE, FIRST_CUDA_SLICE = 64, 1 << 20
 LEAST_CUDA_SLICE, LONG_LAUNCH = 1 << 17, 1 << 21
 # Threads of a block, which end together: small, so that few wait for the longest where times differ, as with rays.
 BLOCK = 128
+# Of kernels that trace rays and shade what those meet, as far as it was measured: with as many as they would take, too
+# few threads wait for memory and rays at once.
+RAY_REGISTERS = 64
 # Blocks of a launch; with more items, each thread takes several. So a launch sized for the most items there may be
 # costs little when there are few. Multiples of a warp, so that lanes of an item (gpu.core.intrinsics) stay in one warp.
 MOST_BLOCKS = (1 << 20) // BLOCK

@@ -9,7 +9,7 @@ the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
-from gpu.core.device import launch
+from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import is_fibrous, is_glossy, largest, reflected, sample_specular, specular_density
@@ -32,8 +32,6 @@ STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
 Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)
 # `area_light` takes sample pairs below this one; the rest are free for its callers.
 DIRECT_PAIRS = wp.constant(3)
-# Of the kernel: with as many as it would take, a GPU has too few threads at once to wait for memory and rays.
-REGISTERS = 80
 BY_POWER = wp.constant(-1)
 
 
@@ -200,7 +198,7 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
     specialise, surface_of_pixel = specialisation(features), fibrous_surface_of if features.sheen else surface_of
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
-    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=REGISTERS)
+    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def direct_light_kernel(
         first: int,
         scene: SceneData,

@@ -5,7 +5,7 @@ from typing import Any
 import warp as wp
 
 from gpu.core.constants import PI
-from gpu.core.device import allocate, launch
+from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, lanes_of, vector_sum
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -38,7 +38,7 @@ def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -
     """The kernel that reads lookup(data, position, normal), Told, where rays end, in scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def read_light_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, order: wp.array[int],
                           seeds: wp.array[int], ends: RayEnds, radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
         """One thread a ray: its `radiance` (cluster · rays,), or that nothing is known of it. order, seeds: as of

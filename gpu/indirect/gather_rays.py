@@ -7,7 +7,7 @@ way at once.
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
-from gpu.core.device import launch
+from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
@@ -54,7 +54,7 @@ def gather_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, order: wp.array[int],
                           seeds: wp.array[int], ends: RayEnds) -> None:  # fmt: skip
         """One thread a ray, those of a cluster in `order`: where it ends. seeds: one element."""

@@ -40,7 +40,7 @@ from gpu.indirect.lobe_light import (
 )
 from gpu.sampling.sobol import sobol_pair_at
 
-# Of the kernel, as of gpu.direct.direct_light's.
+# Of the kernel, as RAY_REGISTERS of others.
 REGISTERS = 96
 
 # Of the à-trous transform, each twice the one before; a launch each.

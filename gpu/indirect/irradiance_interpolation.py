@@ -52,7 +52,7 @@ INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationPara
 def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
     """The kernel for a scene with or without gloss."""
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True})
     def interpolate_irradiance_kernel(
         first: int,
         scene: SceneData,

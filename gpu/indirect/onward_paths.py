@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from gpu.core.constants import PI, RAY_LENGTH
+from gpu.core.device import RAY_REGISTERS
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -76,7 +77,7 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
     """The kernel that reads lookup(data, position, normal), Told, in scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def onward_kernel(first: int, scene: SceneData, onward: Onward, lit: data, clusters: ShadingClusters,
                       order: wp.array[int], seeds: wp.array[int], ends: RayEnds,
                       radiance: wp.array[wp.vec3]) -> None:  # fmt: skip

@@ -7,7 +7,7 @@ import warp as wp
 from warp.utils import radix_sort_pairs
 
 from gpu.core.constants import RAY_LENGTH
-from gpu.core.device import allocate, launch
+from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
@@ -62,7 +62,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
         specialisation(features), features.specular, features.frosted, features.focus
     )  # fmt: skip
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def light_path_kernel(
         first: int,
         scene: SceneData,

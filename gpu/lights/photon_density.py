@@ -84,7 +84,7 @@ def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, p
     return unblocked(scene, tree.photons.position[photon], tree.photons.normal[photon], position, normal)
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameters, sites: PhotonSites) -> None:
     """One thread a site: flux per area of the disk that the photons nearest to it fill."""
     site = first + wp.tid()
@@ -93,7 +93,7 @@ def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameter
     own = sites.photon[site]
     photons = tree.photons
     found = neighbours(tree, sites.alike, own, chosen.most_radius)
-    radius = found.distance[wp.static(NEIGHBOURS - 1)]
+    radius = found.distance[0]
     total = photons.flux[own] * chosen.own_share
     last = wp.where(photons.bounce[own] + 1 >= photons.bounces, total, wp.vec3(0.0, 0.0, 0.0))
     for place in range(wp.static(NEIGHBOURS)):
@@ -166,7 +166,7 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     return disk
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
                            sites: PhotonSites) -> None:  # fmt: skip
     """One thread a site: its irradiance becomes that of the part of its disk that is surface."""

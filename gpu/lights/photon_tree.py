@@ -149,13 +149,14 @@ def least_separation(node: PhotonNode, alike: ClusteringParameters, facing: int,
 def photon_search(number: int) -> wp.Function:
     """The function that finds the `number` photons nearest to one of them, on its side.
 
-    search(tree, alike, own, reach) has `distance` and `photon`, vectors of `number` elements, nearest first; −1 where
-    there are no more within `reach`. Distances are stretched along the normals, and those of photons with unlike
+    search(tree, alike, own, reach) has `distance` and `photon`, vectors of `number` elements, the farthest first; −1
+    where there are no more within `reach`. Distances are stretched along the normals, and those of photons with unlike
     normals are not looked at (`alike`): what arrives on the other side of a wall or on the wall beside tells nothing,
     nor does it widen the estimate.
 
     It begins at the photon's own leaf and goes on with what lies beside the way from there to the root, from below:
-    from the root down, whatever comes first fills the list, and three times as many photons get into it.
+    from the root down, whatever comes first fills the list, and three times as many photons get into it. The list is a
+    heap, whose first element is the farthest: in a sorted one half of all would move for each that comes.
     """
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
@@ -189,7 +190,7 @@ def photon_search(number: int) -> wp.Function:
         while top > 0:
             top -= 1
             node = stack[top]
-            farthest = near_distance[wp.static(number - 1)]
+            farthest = near_distance[0]
             if least[top] >= farthest:
                 continue
             if node < tree.leaves:
@@ -210,16 +211,19 @@ def photon_search(number: int) -> wp.Function:
                 photon_normal = tree.photons.normal[photon]
                 if photon != own and wp.dot(photon_normal, normal) > alike.normal_threshold:
                     distance = separation(alike, position, normal, tree.photons.position[photon], photon_normal)
-                    if distance < near_distance[wp.static(number - 1)]:
-                        place = int(wp.static(number - 1))
-                        farther = bool(wp.static(number > 1))
-                        while farther:
-                            farther = near_distance[place - 1] > distance
-                            if farther:
-                                near_distance[place] = near_distance[place - 1]
-                                near_photon[place] = near_photon[place - 1]
-                                place -= 1
-                                farther = place > 0
+                    if distance < near_distance[0]:
+                        place = int(0)
+                        child = int(1)
+                        while child < wp.static(number):
+                            sibling = wp.min(child + 1, wp.static(number - 1))
+                            child = wp.where(near_distance[sibling] > near_distance[child], sibling, child)
+                            if near_distance[child] <= distance:
+                                child = wp.static(number)
+                            else:
+                                near_distance[place] = near_distance[child]
+                                near_photon[place] = near_photon[child]
+                                place = child
+                                child = 2 * place + 1
                         near_distance[place] = distance
                         near_photon[place] = photon
         found = NearestPhotons()
