@@ -23,11 +23,11 @@ from tests.bench.store import Row
 FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
 VECTOR, NUMBER = 12, 4
-# Without chains, where SPs seem to be is where they are.
+# Without chains, where SPs seem to be is where they are, and most scenes have no sheen.
 _ARRAYS = [
     variable.type.dtype
     for name, variable in GBuffer.vars.items()
-    if name not in ("chains", "gloss", "traces_gloss", "apparent")
+    if name not in ("chains", "gloss", "traces_gloss", "apparent", "sheen")
 ]
 GBUFFER = sum(wp.types.type_size_in_bytes(dtype) for dtype in _ARRAYS)
 

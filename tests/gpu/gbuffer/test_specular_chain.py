@@ -228,8 +228,10 @@ def test_scenes_without_specular_surfaces_have_no_chains() -> None:
         gbuffer = allocate_gbuffer(SIZE[0] * SIZE[1], device_scene.device, known)
         camera = camera_of(device_scene, SLANTED, SIZE)
         trace_primary_rays(device_scene.data, camera, SIZE, gbuffer, chain_samples(device_scene.device), known)
-        arrays.append({name: getattr(gbuffer, name) for name in GBuffer.vars if name not in {*FLAGS, "apparent"}})
+        some = {*FLAGS, "apparent", "sheen"}
+        arrays.append({name: getattr(gbuffer, name) for name in GBuffer.vars if name not in some})
         assert gbuffer.chains == known.specular
         assert (gbuffer.apparent.ptr == gbuffer.position.ptr) == (not known.specular)
+        assert gbuffer.sheen.size == (SIZE[0] * SIZE[1] if known.sheen else 1)
     for name, array in arrays[0].items():
         assert np.array_equal(array.numpy(), arrays[1][name].numpy()), name
