@@ -100,7 +100,7 @@ def bytes_of_room(floor: Material, settings: RenderSettings) -> tuple[int, int]:
 
 def check_memory(room: DeviceScene, choice: dict[str, Any]) -> None:
     """A renderer and a view, and then another view, take about as much memory as is told."""
-    settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (240, 180)
+    settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (160, 120)
     light_sets, pixels = LightSets(room), size[0] * size[1]
     Renderer(room, size, settings, None, light_sets)  # makes the light sets
     before = held()

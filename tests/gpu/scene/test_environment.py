@@ -40,7 +40,7 @@ def test_what_no_light_has_is_mended(tmp_path: Path) -> None:
 
 
 def test_wide_pictures_become_smaller_and_as_bright(tmp_path: Path) -> None:
-    wide = np.random.default_rng(0).random((2050, 4100, 3)).astype(np.float32)
+    wide = np.tile(np.random.default_rng(0).random((205, 82, 3)).astype(np.float32), (10, 50, 1))
     pixels = read_environment(exr(tmp_path, wide))
     assert pixels.shape == (1025, 2050, 3)
     assert pixels.mean() == pytest.approx(wide.mean(), rel=1e-3)
