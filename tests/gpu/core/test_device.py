@@ -135,6 +135,18 @@ class Costs(dict[wp.Kernel, float]):
         return self._seconds
 
 
+def test_a_launch_that_is_over_soon_is_handed_to_no_other_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(launching, "_pool", None)
+    count, device = 10 * MIN_SLICE, choose_device("cpu")
+    visits = wp.zeros(count, dtype=int, device="cpu")
+    monkeypatch.setattr(launching, "_costs", Costs(0.9 * launching.SHORT_SECONDS / count))
+    launch(count_kernel, count, [visits], device)
+    assert (visits.numpy() == 1).all()
+    monkeypatch.setattr(launching, "_costs", Costs(1.1 * launching.SHORT_SECONDS / count))
+    with pytest.raises(AttributeError, match="submit"):
+        launch(count_kernel, count, [visits], device)
+
+
 def test_a_kernel_that_nothing_is_known_of_begins_with_a_short_slice(monkeypatch: pytest.MonkeyPatch) -> None:
     costs: dict[wp.Kernel, float] = {}
     monkeypatch.setattr(launching, "_costs", costs)
