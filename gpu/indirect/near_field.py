@@ -2,7 +2,8 @@
 
 A point light's 1/(π·d²) is bounded to 1/(π·d² + A), which takes the share A/(π·d² + A) away. It is given back by a ray
 of each SP: where that meets a surface, its radiosity counts with this share (T. Kollig and A. Keller, Illumination in
-the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path).
+the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path, where there is
+one).
 """
 
 from dataclasses import dataclass
@@ -22,10 +23,12 @@ from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.near_field_paths import NearPaths, near_field_path_kernel
+from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.vpl.form_factor import disk_area
-from gpu.vpl.radiosity_cache import RadiosityCache, vpl_around
+from gpu.vpl.radiosity_cache import RadiosityCache, is_narrow, lacking_area, vpl_around
 from gpu.vpl.radiosity_reach import is_apart_of
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -43,6 +46,9 @@ class NearFieldParameters:
     there is little and much the same for neighbours.
     known_period: of the SPs whose light earlier frames found, one in so many has a ray, which counts as often.
     clearance: how far above its surface the way between two of its points is traced, as a share of its length.
+    usual_share: where no VPL tells the radiosity, rays go on; those that count for less do so by chance, and then count
+    for as much. most_usual_area: of VPLs (RadiosityCache), that of 65,536; where there are fewer, no ray goes on: so
+    much would be found by paths that single ones were seen.
     """
 
     radius_share: float = 0.06
@@ -50,6 +56,8 @@ class NearFieldParameters:
     far_period: int = 4
     known_period: int = 3
     clearance: float = 0.1
+    usual_share: float = 0.1
+    most_usual_area: float = 2.5e-4
 
 
 NEAR_FIELD_PARAMETERS: NearFieldParameters = parameters(NearFieldParameters)
@@ -60,15 +68,23 @@ class NearRays:
     """What the SPs' rays met and found; (sp,) but for `light`. Unit space.
 
     position, normal: of the surface, to the side that was hit; distance: 0 for none; vpl: that answers there, −1 for
-    none; light (pixel,): the irradiance that disks took from there [W/m²]; found: 1 where there is some, or 0.
+    none; share: of the radiosity there that the SP lacks, where no VPL tells it and the ray goes on, else 0; light
+    (pixel,): the irradiance that disks took from there [W/m²]; found: 1 where there is some, or 0.
     """
 
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     distance: wp.array[float]
     vpl: wp.array[int]
+    share: wp.array[float]
     light: wp.array[wp.vec3]
     found: wp.array[int]
+
+
+@wp.func
+def are_many(lit: RadiosityCache, chosen: NearFieldParameters) -> bool:
+    """Whether there are so many VPLs that rays go on where these tell nothing."""
+    return lit.usual_area <= chosen.most_usual_area
 
 
 @wp.func
@@ -123,13 +139,19 @@ def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 @wp.kernel
-def near_field_vpl_kernel(first: int, lit: RadiosityCache, radius_share: float, rays: NearRays) -> None:
-    """One thread an SP: the VPL that answers for where its ray went."""
+def near_field_vpl_kernel(first: int, lit: RadiosityCache, chosen: NearFieldParameters, rays: NearRays) -> None:
+    """One thread an SP: the VPL that answers for where its ray went, or the area that one would have, in `share`."""
     sp = first + wp.tid()
     rays.vpl[sp] = -1
+    rays.share[sp] = 0.0
     distance = rays.distance[sp]
-    if distance > 0.0:
-        rays.vpl[sp] = vpl_around(lit, rays.position[sp], rays.normal[sp], radius_share * distance)
+    if distance <= 0.0:
+        return
+    scale = chosen.radius_share * distance
+    vpl = vpl_around(lit, rays.position[sp], rays.normal[sp], scale)
+    rays.vpl[sp] = vpl
+    if vpl < 0 and are_many(lit, chosen):
+        rays.share[sp] = lacking_area(lit, rays.position[sp], rays.normal[sp], scale)
 
 
 @cache
@@ -162,19 +184,25 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         rays.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
         near = rays.vpl[sp]
         distance = rays.distance[sp]
-        apart = bool(True)
+        if distance <= 0.0:
+            return
+        seen_from = gbuffer.position[pixel]
+        area = rays.share[sp]
+        known = bool(False)
+        goes_on = are_many(lit, chosen)
         if near >= 0:
-            place = rays.position[sp]
-            seen_from = gbuffer.position[pixel]
-            apart = is_apart(scene, place, rays.normal[sp], seen_from, lit.position[near], chosen.clearance)
-        if not apart:
-            squared = distance * distance
-            area = disk_area(gbuffer.position[pixel], vpls, near)
-            share = float(ray_period(frames[pixel], chosen)) * area / (PI * squared + area)
-            if distance > chosen.near_length:
-                share *= float(chosen.far_period)
+            area = disk_area(seen_from, vpls, near)
+            if not (goes_on and is_narrow(lit, near)):
+                place = rays.position[sp]
+                known = not is_apart(scene, place, rays.normal[sp], seen_from, lit.position[near], chosen.clearance)
+        share = float(ray_period(frames[pixel], chosen)) * area / (PI * distance * distance + area)
+        if distance > chosen.near_length:
+            share *= float(chosen.far_period)
+        if known:
             rays.light[pixel] = lit.radiosity[near] * share
             rays.found[sp] = 1
+        elif goes_on:
+            rays.share[sp] = share
 
     return near_field_light_kernel
 
@@ -185,11 +213,18 @@ class NearField:
     light (pixel,): what each SP's ray found [W/m²]; found (sp,): 1 where that is some, or 0.
     """
 
-    def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device,
+    def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device, table: LightTable,
+                 features: SceneFeatures, bounces: int,
                  chosen: NearFieldParameters = NEAR_FIELD_PARAMETERS) -> None:  # fmt: skip
+        """table: of the emitters; features: the scene's; bounces: the most surfaces that light meets before an SP."""
         self.device, self._smoothing, self._chosen = device, smoothing, chosen
+        self._table, self._features = table, features
         self._rays: NearRays = allocate(NearRays, capacity, device, pauses=True)
         self.light, self.found = self._rays.light, self._rays.found
+        self._paths = paths = NearPaths()
+        paths.bounces, paths.usual_share = bounces, chosen.usual_share
+        paths.radius_share, paths.clearance = chosen.radius_share, chosen.clearance
+        paths.position, paths.normal, paths.share = self._rays.position, self._rays.normal, self._rays.share
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityCache,
               seed: wp.array, frames: wp.array) -> None:  # fmt: skip
@@ -199,9 +234,11 @@ class NearField:
         """
         capacity, points, rays, chosen = sps.capacity, (scene, gbuffer, sps.points), self._rays, self._chosen
         launch(near_field_ray_kernel(masks_of(scene)), capacity, [*points, seed, frames, chosen, rays], self.device)
-        launch(near_field_vpl_kernel, capacity, [lit, chosen.radius_share, rays], self.device)
+        launch(near_field_vpl_kernel, capacity, [lit, chosen, rays], self.device)
         inputs = [*points, vpls, lit, frames, chosen, rays]
         launch(near_field_light_kernel(blocking(scene)), capacity, inputs, self.device)
+        inputs = [scene, self._table, lit, sps.points.pixels, seed, self._paths, rays.light, rays.found]
+        launch(near_field_path_kernel(self._features, blocking(scene)), capacity, inputs, self.device)
 
     def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, frames: wp.array) -> None:
         """Share `light`, known of so many earlier `frames`, between neighbours of one surface, guided by other light.

@@ -22,7 +22,7 @@ from gpu.indirect.other_branch import add_other_branch
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
 from gpu.methods.view_state import ViewState
-from gpu.settings import Component, RenderSettings
+from gpu.settings import Component, Method, RenderSettings
 from gpu.vpl.light_set import LightSet, LightSetChoice
 from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
@@ -170,7 +170,10 @@ class Passes:
         # So do lobes that a chain goes on in.
         self._draws_lobes = whole and frame.gloss is not None
         frame.chain_samples.splits = self._splits
-        self.near_field = NearField(setup.pixels, frame.side_smoothing, setup.device)
+        # Shadow maps know light's first bounce alone.
+        bounces = 1 if self._settings.method is Method.RSM_DISKS else setup.bounces
+        sent = setup.light_sets.table, frame.features, bounces
+        self.near_field = NearField(setup.pixels, frame.side_smoothing, setup.device, *sent)
 
     @property
     def _has_direct(self) -> bool:

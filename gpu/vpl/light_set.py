@@ -16,7 +16,6 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.lights.light_paths import PathEnds, allocate_vpls, gather_vpls_kernel
 from gpu.vpl.build import no_clusters
 from gpu.vpl.clustering import VplClustering
-from gpu.vpl.gathered_radiosity import RadiosityGather
 from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.radiosity_cache import RadiosityBuilder
 from gpu.vpl.vpl_clusters import VplClusters
@@ -114,15 +113,13 @@ class LightSet:
         """The radiosity around the VPLs (RadiosityCache), None where it was not asked for."""
         return None if self._radiosity is None else self._radiosity.cache
 
-    def add_radiosity(
-        self, scene: SceneData, gather: RadiosityGather | None, lobes: SceneFeatures | None = None
-    ) -> None:
+    def add_radiosity(self, scene: SceneData, lobes: SceneFeatures | None = None) -> None:
         """Find the radiosity around the VPLs, of which there must be one, too, now and whenever they are made.
 
-        gather, lobes: as for RadiosityBuilder.
+        lobes: as for RadiosityBuilder.
         """
         self._radiosity = RadiosityBuilder(
-            self.clusters, self.device, number=self._filled, usual=self.choice.vpls, lobes=lobes, gather=gather
+            self.clusters, self.device, number=self._filled, usual=self.choice.vpls, lobes=lobes
         )
         self._number = new_number()
         self._radiosity.run(scene)

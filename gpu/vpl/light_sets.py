@@ -19,7 +19,6 @@ from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
 from gpu.lights.path_light import PathLight, same_surfaces
-from gpu.vpl.gathered_radiosity import GATHER_PARAMETERS, RadiosityGather
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
@@ -179,11 +178,7 @@ class LightSets:
             features = scene_features(device_scene.scene, lambertian=choice.lambertian)
             with self._making():
                 lobes = features if features.lobes or features.specular else None
-                gather = None
-                if choice.vpls >= GATHER_PARAMETERS.least_vpls:
-                    shown, room = device_scene.view(lambertian=choice.lambertian), len(light_set.clusters.member_area)
-                    gather = RadiosityGather(shown, self.table, features, choice.bounces, room, device_scene.device)
-                light_set.add_radiosity(self._view(choice), gather, lobes)
+                light_set.add_radiosity(self._view(choice), lobes)
         return light_set.cache
 
     def wait_for_made(self) -> None:

@@ -5,7 +5,6 @@ kept at the VPLs (P. Christensen, Faster Photon Map Global Illumination, 1999), 
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import warp as wp
 
@@ -56,8 +55,8 @@ class RadiosityParameters:
 
     plane_share: of the disk's radius; VPLs farther off the plane are of another surface. They bound the disk all the
     same, which is so no wider than slats are apart. most_area: neighbours are searched for no farther than if all VPLs
-    lay evenly on so many unit squares. least_covered: of the PLACES; fewer that are surface are not believed, and a
-    light set's VPLs there are gathered for (gpu.vpl.gathered_radiosity).
+    lay evenly on so many unit squares. least_covered: of the PLACES; fewer that are surface are not believed, and
+    near-field rays go on from there (gpu.indirect.near_field_paths).
     reach: a VPL answers for points within so many of its radii, stretched along the normals. cell_share: of radii, in
     spacings of gpu.clustering.grid: the smallest cell of a VPL has 0.75 to 1.5 radii, so that in its cells 2 to 140
     VPLs of a surface are about, of which a look-up reads most_read. levels_searched: what few VPLs far around say of a
@@ -94,7 +93,8 @@ class RadiosityCache:
     """VPLs that know the radiosity around them, in hashed cells, each of one size and of normals to one side.
 
     chosen: how it is made and read; alike: which points are. position, normal (vpl,); radius (vpl,): of the estimate's
-    disk, 0 for none; radiosity (vpl,) [W/m²]; reflectance (vpl,): of its surface, where lobes read the cache.
+    disk, 0 for none; radiosity (vpl,) [W/m²]; reflectance (vpl,): of its surface, where lobes read the cache; covered
+    (vpl,): how many of the PLACES around are surface; usual_area: of a VPL, if all lay evenly on `most_area`.
     entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest
     (1,): the levels that entries have, NO_LEVEL and −1 where there is none.
     """
@@ -106,8 +106,10 @@ class RadiosityCache:
     radius: wp.array[float]
     radiosity: wp.array[wp.vec3]
     reflectance: wp.array[wp.vec3]
+    covered: wp.array[int]
     entries: wp.array[int]
     starts: wp.array[int]
+    usual_area: float
     buckets: int
     lowest: wp.array[int]
     highest: wp.array[int]
@@ -202,19 +204,19 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
 
 
 @wp.func
-def places_covered(covered: wp.array[int], vpl: int) -> int:
-    """How many of the PLACES around a VPL are surface."""
-    number = int(0)
-    for place in range(PLACES):
-        number += covered[vpl * PLACES + place]
-    return number
+def is_narrow(lit: RadiosityCache, vpl: int) -> bool:
+    """Whether so few places around a VPL are surface that how densely VPLs lie there tells little."""
+    return lit.covered[vpl] < lit.chosen.least_covered
 
 
 @wp.kernel
 def covered_radiosity_kernel(first: int, covered: wp.array[int], lit: RadiosityCache) -> None:
     """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
     vpl = first + wp.tid()
-    number = places_covered(covered, vpl)
+    number = int(0)
+    for place in range(PLACES):
+        number += covered[vpl * PLACES + place]
+    lit.covered[vpl] = number
     lit.radiosity[vpl] = lit.radiosity[vpl] * float(PLACES) / float(wp.max(number, lit.chosen.least_covered))
 
 
@@ -239,22 +241,11 @@ def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[i
         buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
 
 
-class Gather(Protocol):
-    """What tells the radiosity of narrow surfaces: gpu.vpl.gathered_radiosity."""
-
-    def run(self, lit: RadiosityCache, covered: wp.array) -> None:
-        """Have it in `lit`; covered: as of disk_coverage_kernel."""
-
-    def relight(self, lit: RadiosityCache, covered: wp.array) -> None:
-        """As `run`, where nothing but light has changed since."""
-
-
 class RadiosityBuilder:
     """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
     stay, for whatever these members are at the time.
 
-    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None;
-    gather: what tells the radiosity of narrow surfaces instead, None where nothing does.
+    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None.
     """
 
     def __init__(
@@ -265,23 +256,23 @@ class RadiosityBuilder:
         number: wp.array | None = None,
         usual: int = 0,
         lobes: SceneFeatures | None = None,
-        gather: Gather | None = None,
     ) -> None:
         """`number` (1,): of the members that there are at the time, if not all; usual: about how many that is."""
         members, count = clusters.members, len(clusters.member_area)
         self._number = wp.full(1, count, dtype=int, device=device) if number is None else number
         self._clusters, self._chosen, self._lobes, self.device = clusters, chosen, lobes, device
-        self._gather = gather
         self._grid = Grid(count, device)
         vpls = self._grid.data
         vpls.position, vpls.normal = members.position, members.normal
         self.cache = RadiosityCache()
         self.cache.chosen, self.cache.alike = chosen, vpls.chosen
+        self.cache.usual_area = chosen.most_area / (usual or count)
         self.cache.position, self.cache.normal = members.position, members.normal
         self.cache.radius = wp.zeros(count, dtype=float, device=device)
         self.cache.radiosity = wp.zeros(count, dtype=wp.vec3, device=device)
         if lobes:
             self.cache.reflectance = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.cache.covered = wp.zeros(count, dtype=int, device=device)
         self._covered = wp.zeros(int(PLACES) * count, dtype=int, device=device)
         self._cells = RadiosityCells(self.cache, device, usual)
 
@@ -300,16 +291,12 @@ class RadiosityBuilder:
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
         self._cells.sort()
-        if self._gather:
-            self._gather.run(lit, covered)
 
     def relight(self) -> None:
         """Estimate it again, where nothing but the members' flux has changed."""
         lit, count = self.cache, len(self.cache.radius)
         launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
         launch(covered_radiosity_kernel, count, [self._covered, lit], self.device)
-        if self._gather:
-            self._gather.relight(lit, self._covered)
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,
@@ -358,17 +345,16 @@ class RadiosityCells:
 
 
 @wp.func
-def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: float) -> int:
-    """The VPL that answers for a surface point, −1 where none is near; those of radii far from `scale` are not found.
+def answering_vpl(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, first_level: int, end_level: int) -> int:
+    """The VPL that answers for a surface point, of the first level from `first_level` on that knows one; −1 for none.
 
-    Of cells ever larger, the first that knows one. All VPLs in a cell are of similar use, so it is enough to look at a
-    few, that are spread evenly over their order, which follows the clusters.
+    All VPLs in a cell are of similar use, so it is enough to look at a few, that are spread evenly over their order,
+    which follows the clusters.
     """
     vpl = int(-1)
-    level = level_of(lit.alike, scale)
-    end_level = wp.min(level + lit.chosen.levels_searched, lit.highest[0] + 1)
-    level = wp.max(level, lit.lowest[0])
-    while vpl < 0 and level < end_level:
+    level = wp.max(first_level, lit.lowest[0])
+    last_level = wp.min(end_level, lit.highest[0] + 1)
+    while vpl < 0 and level < last_level:
         bucket = bucket_around(lit, position, normal, level)
         begin = lit.starts[bucket]
         end = lit.starts[bucket + 1]
@@ -387,3 +373,20 @@ def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: f
             place += step
         level += 1
     return vpl
+
+
+@wp.func
+def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: float) -> int:
+    """The VPL that answers for a surface point, −1 where none is near; of radii far from `scale`, none is found."""
+    level = level_of(lit.alike, scale)
+    return answering_vpl(lit, position, normal, level, level + lit.chosen.levels_searched)
+
+
+@wp.func
+def lacking_area(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: float) -> float:
+    """The area of a VPL about a surface point, were there one, where `vpl_around` finds none for `scale`; 0 where VPLs
+    lie, but densely.
+    """
+    if answering_vpl(lit, position, normal, lit.lowest[0], level_of(lit.alike, scale)) >= 0:
+        return 0.0
+    return lit.usual_area

@@ -21,7 +21,8 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
 from gpu.vpl.clustering import cluster_vpls
-from gpu.vpl.radiosity_cache import RadiosityCache, RadiosityCells, radiosity_cache
+from gpu.vpl.light_sets import LightSets
+from gpu.vpl.radiosity_cache import RADIOSITY_PARAMETERS, RadiosityCache, RadiosityCells, radiosity_cache
 
 SIZE = (32, 24)
 FEW = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}
@@ -125,7 +126,8 @@ def test_one_ray_in_four_looks_far_and_of_known_points_one_in_three_looks_at_all
     device_scene, camera, size = slats((24, 18))
     fuzzy = Pipeline(device_scene, camera, size, sp_clusters=20)
     view, count = fuzzy.view, fuzzy.sp_count
-    near = NearField(view.pixels, view.smoothing, view.device)
+    sent = LightSets(device_scene).table, view.features, 2
+    near = NearField(view.pixels, view.smoothing, view.device, *sent)
     cache = radiosity_cache(device_scene, view.scene, fuzzy.lights)
 
     def lengths(frames: int, seed: int) -> Floats:
@@ -154,24 +156,32 @@ def rays_to(position: tuple[float, float, float], distance: float) -> NearRays:
     return rays
 
 
-@pytest.mark.parametrize(("height", "blocks"), [(0.012, False), (0.03, True)])
-def test_what_stands_up_by_a_tenth_of_the_way_to_a_vpl_hides_it(height: float, blocks: bool) -> None:
-    """The VPL is 0.2 away, so the ray runs at a height of 0.02."""
+@pytest.mark.parametrize(
+    ("height", "covered", "vpls", "tells"),
+    [(0.012, 3, 100_000, True), (0.012, 2, 100_000, False), (0.012, 2, 60_000, True), (0.03, 3, 100_000, False)],
+)
+def test_what_stands_up_by_a_tenth_of_the_way_to_a_vpl_hides_it_and_one_of_many_tells_nothing_of_narrow_surfaces(
+    height: float, covered: int, vpls: int, tells: bool
+) -> None:
+    """The VPL is 0.2 away, so the ray runs at a height of 0.02. Where it tells nothing, the ray goes on."""
     slat = quad((0.0, -0.5, -0.4), (0.0, 0.0, 0.8), (0.0, height, 0.0))
     device_scene = resident_of([*box(), slat], [grey(0.5)])
     rays = rays_to((-0.1, -0.5, 0.0), 0.3)
     rays.vpl.zero_()
-    vpls = cluster_vpls(device_scene, square_of_vpls(9, -0.5), 1, 0)
+    clusters = cluster_vpls(device_scene, square_of_vpls(9, -0.5), 1, 0)
     cache = RadiosityCache()
+    cache.chosen, cache.covered = RADIOSITY_PARAMETERS, column([covered], wp.int32)
+    cache.usual_area = RADIOSITY_PARAMETERS.most_area / vpls
     cache.position, cache.radiosity = column([(0.1, -0.5, 0.0)], wp.vec3), column([(1.0, 1.0, 1.0)], wp.vec3)
     gbuffer: GBuffer = allocate(GBuffer, 1, CPU)
     points = PointList()
     points.pixels, points.numbers, points.count = (column([value], wp.int32) for value in (0, 0, 1))
     frames = wp.zeros(1, dtype=int, device=CPU)
-    inputs = [device_scene.data, gbuffer, points, vpls, cache, frames, NEAR_FIELD_PARAMETERS, rays]
+    inputs = [device_scene.data, gbuffer, points, clusters, cache, frames, NEAR_FIELD_PARAMETERS, rays]
     launch(near_field_light_kernel(blocking(device_scene.data)), 1, inputs, CPU)
-    assert rays.found.numpy()[0] == (0 if blocks else 1)
-    assert (rays.light.numpy()[0] > 0.0).all() != blocks
+    assert rays.found.numpy()[0] == (1 if tells else 0)
+    assert (rays.light.numpy()[0] > 0.0).all() == tells
+    assert (rays.share.numpy()[0] > 0.0) != tells
 
 
 @pytest.mark.parametrize(("radii", "answers"), [(38.0, True), (58.0, False)])
@@ -183,5 +193,5 @@ def test_vpls_of_radii_far_below_the_distance_are_not_asked(radii: float, answer
     cache.radius.fill_(radius)
     RadiosityCells(cache, CPU).sort()
     rays = rays_to((0.0, 0.0, 0.0), radii * radius)
-    launch(near_field_vpl_kernel, 1, [cache, NEAR_FIELD_PARAMETERS.radius_share, rays], CPU)
+    launch(near_field_vpl_kernel, 1, [cache, NEAR_FIELD_PARAMETERS, rays], CPU)
     assert (rays.vpl.numpy()[0] >= 0) == answers

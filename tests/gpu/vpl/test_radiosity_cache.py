@@ -194,6 +194,7 @@ def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
     lit.chosen, lit.alike = RADIOSITY_PARAMETERS, CLUSTERING_PARAMETERS
     lit.position, lit.normal = column(positions, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (count, 1)), wp.vec3)
     lit.radius, lit.radiosity = column(np.full(count, radius), float), column(np.ones((count, 3)), wp.vec3)
+    lit.covered = wp.zeros(count, dtype=int, device="cpu")
     RadiosityCells(lit, wp.get_device("cpu")).sort()
     return lit
 
@@ -221,6 +222,7 @@ def test_less_than_three_of_eight_places_that_are_surface_are_not_believed() -> 
     launch(covered_radiosity_kernel, 9, [column(covered.ravel(), wp.int32), lit], wp.get_device("cpu"))
     expected = [8.0 / max(number, 3) for number in range(9)]
     assert lit.radiosity.numpy()[:, 0] == pytest.approx(expected)
+    assert lit.covered.numpy().tolist() == list(range(9))
 
 
 @pytest.mark.parametrize(("area", "taken"), [(0.5, 0.5), (40.0, 16.0)])
