@@ -8,6 +8,7 @@ they lie where it is lit, most of all beside strips of sun.
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
+from gpu.core.device import RAY_REGISTERS
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
@@ -50,7 +51,9 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
     """The kernel for scenes of these `features`; blocked: as of is_apart_of."""
     specialise, is_apart = specialisation(features), is_apart_of(blocked)
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    options = {"max_unroll": 1, "fast_math": True}
+
+    @wp.kernel(module="unique", module_options=options, cuda_max_registers=RAY_REGISTERS)
     def near_field_path_kernel(
         first: int,
         scene: SceneData,
