@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parent
-# The files that take longest, the longest first: processes that begin with them end at about the same time.
+# The files that take longest, the longest first: processes that begin with them end at about the same time. A folder's
+# files follow on one another: a process that runs several shares what is made for the folder.
 LONGEST = (
     "load/test_faults.py",
     "server/scenes/test_uploads_corpus.py",
@@ -13,16 +14,11 @@ LONGEST = (
     "server/render/test_engine.py",
     "gpu/methods/test_targeted_vpl.py",
     "bench/test_suite.py",
-    "browser/test_page.py",
-    "browser/test_picture.py",
-    "browser/test_walk.py",
+    "browser",
     "bench/test_gate.py",
     "gpu/methods/test_registry.py",
     "server/rest/test_scenes.py",
     "gpu/methods/test_fuzzy_lights.py",
-    "browser/test_views.py",
-    "browser/test_editing.py",
-    "browser/test_mixer.py",
     "server/scenes/test_check_scene.py",
     "gpu/scene/gltf/test_corpus.py",
     "stability/test_light.py",
@@ -30,7 +26,6 @@ LONGEST = (
     "gpu/methods/test_fuzzy_statistics.py",
     "load/test_fault_worker.py",
     "server/http/test_shutdown.py",
-    "browser/test_accessibility.py",
     "server/walk/test_stream.py",
     "gpu/correction/test_visibility_correction.py",
     "server/rest/test_health.py",
@@ -52,7 +47,7 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     places = {TESTS / name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: places.get(item.path, len(places)))
+    items.sort(key=lambda item: places.get(item.path, places.get(item.path.parent, len(places))))
 
 
 def pytest_collection_finish() -> None:

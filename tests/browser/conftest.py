@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from harness import Running, run
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from server.settings import ServerSettings
 
@@ -17,11 +17,12 @@ FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
+expect.set_options(timeout=10_000)  # ms, on busy cores
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Debian's Chromium, without a screen; for one module, since Playwright's loop keeps other tests from theirs."""
+    """Debian's Chromium, without a screen; for this folder alone, since Playwright's loop keeps others from theirs."""
     if not CHROMIUM.exists():
         pytest.skip(f"needs Chromium at {CHROMIUM} (Debian's package chromium-headless-shell)")
     with sync_playwright() as playwright:
@@ -58,7 +59,7 @@ def page(browser: Browser, complaints: list[str]) -> Iterator[Page]:
         assert complaints == []
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def gradients(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """A service whose pictures are gradients, green by the x of the camera, with a broken scene to choose."""
     folder = tmp_path_factory.mktemp("scenes")

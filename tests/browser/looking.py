@@ -19,11 +19,11 @@ def pixel(page: Page, x: float = 0.5, y: float = 0.5) -> tuple[int, int, int]:
 
 
 def wait_for(page: Page, condition: Callable[[], bool]) -> None:
-    for _ in range(100):
+    for _ in range(200):
         if condition():
             return
         page.wait_for_timeout(50)
-    raise AssertionError("did not happen within 5 s")
+    raise AssertionError("did not happen within 10 s")
 
 
 def hold(page: Page, key: str, milliseconds: int = 300) -> None:
