@@ -288,6 +288,7 @@ def test_renderers_are_made_anew_once_late_kernels_are_compiled(
     late = create_autospec(LateKernels, instance=True, compiled=False)
     late.settle.side_effect = RuntimeError("of a compiler") if fails else None
     monkeypatch.setattr(server.worker.backend, "warm_up", lambda *_: late)
+    backend.close(TWIN)
     for size in ((32, 18), (24, 18)):
         backend.render(job(scene=TWIN, size=size), silent)
     assert len(backend._renderers) > 1
@@ -296,7 +297,6 @@ def test_renderers_are_made_anew_once_late_kernels_are_compiled(
         backend.render(job(scene=TWIN), silent)
         assert len(backend._renderers) == 1
     assert late.settle.call_count == 1
-    backend.close(TWIN)
 
 
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
