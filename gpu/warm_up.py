@@ -20,22 +20,27 @@ from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 
-SIZE = (64, 36)
-# Which kernels are launched does not depend on how many there are of anything.
+# Some kernels are of small pictures alone, and some of large ones; else which are launched does not depend on how many
+# there are of anything.
+SIZES = (64, 36), (480, 288)
 FEW = {"vpls": 256, "vpl_clusters": 16, "sp_clusters": 16, "samples": 1}
 WALKED, AVERAGED = 2, 3  # frames: the first of each has no others before it, and means begin with other stages
 
 
 def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp.Kernel]:
     """What frames of a scene with these settings launch: a little light is traced, then frames are gone through."""
-    renderer = Renderer(device_scene, SIZE, settings.model_copy(update=FEW))
-    camera, mean = device_scene.scene.cameras[0], Accumulation(SIZE[0] * SIZE[1], device_scene.device)
-    with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run
-        for _ in range(WALKED):
-            renderer.render(camera, walks=True)
-        for _ in range(AVERAGED):
-            renderer.render(camera, mean)
-    return kernels
+    few, camera = settings.model_copy(update=FEW), device_scene.scene.cameras[0]
+    launched = set[wp.Kernel]()
+    for width, height in SIZES:
+        renderer = Renderer(device_scene, (width, height), few)
+        mean = Accumulation(width * height, device_scene.device)
+        with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run
+            for _ in range(WALKED):
+                renderer.render(camera, walks=True)
+            for _ in range(AVERAGED):
+                renderer.render(camera, mean)
+        launched |= kernels
+    return launched
 
 
 def block_of(device_scene: DeviceScene) -> int:
@@ -70,19 +75,17 @@ class LateKernels:
 def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
     """Load the kernels of a scene with these settings, side by side; those in Warp's cache are not compiled again.
 
-    Where the cache lacks some, but has general ones for all of these, as `compile_ahead` leaves them there, those are
-    loaded, and the others compiled meanwhile.
+    Those that the cache lacks, but has general ones for, as `compile_ahead` leaves them there, are compiled meanwhile.
     """
     device, block = device_scene.device, block_of(device_scene)
     load_kernels(imported_kernels(), device, block)
     kernels = frame_kernels(device_scene, settings)
     missing = {kernel: general_of(kernel) for kernel in kernels if not is_compiled(kernel, device, block)}
-    stand_ins = {kernel for kernel in missing.values() if kernel is not None and is_compiled(kernel, device, block)}
-    if not missing or not stand_ins.issuperset(missing.values()):
-        load_kernels(kernels, device, block)
-        return None
-    load_kernels((kernels - missing.keys()) | stand_ins, device, block)
-    return LateKernels(missing.keys(), device, block)
+    stand_ins = {
+        kernel: general for kernel, general in missing.items() if general and is_compiled(general, device, block)
+    }
+    load_kernels((kernels - stand_ins.keys()).union(stand_ins.values()), device, block)
+    return LateKernels(stand_ins.keys(), device, block) if stand_ins else None
 
 
 def compile_ahead(

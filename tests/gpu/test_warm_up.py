@@ -7,19 +7,21 @@ from typing import Any
 
 import pytest
 import warp as wp
+from scenes import box, grey, resident_of
 
 import gpu.warm_up as module
 from gpu.core import device as launches
 from gpu.core.device import BLOCK
 from gpu.core.kernel_loading import is_compiled, load_kernels
-from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.features import EVERYTHING, SceneFeatures, scene_features
 from gpu.device_scene.specialisation import made_for
 from gpu.device_scene.upload import DeviceScene
+from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
-from gpu.warm_up import compile_ahead, warm_up
+from gpu.warm_up import compile_ahead, frame_kernels, warm_up
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
@@ -53,6 +55,13 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
     assert {kernel.key for kernel in made_for_it if kernel.module not in loaded} == set()
 
 
+def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
+    device_scene = resident_of(box(), [grey(0.5, emission=1.0)])  # many lamps, of which large pictures learn
+    features = scene_features(device_scene.scene, lambertian=False)
+    kernels = frame_kernels(device_scene, SETTINGS)
+    assert {direct_light_kernel(features, learnt) for learnt in (False, True)} <= kernels
+
+
 def kernels_of_two_numbers() -> tuple[wp.Kernel, wp.Kernel, Callable[[], wp.Kernel]]:
     """Kernels that no cache has, for scenes without masks and for all, and what is launched for those without."""
     number = wp.constant(randbits(30))
@@ -81,12 +90,15 @@ def test_general_kernels_stand_in_for_those_that_are_compiled_meanwhile(
     cached: Path, cpu: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own, general, launched = kernels_of_two_numbers()
-    monkeypatch.setattr(module, "frame_kernels", lambda *_: {own})
+    alone, _, launched_alone = kernels_of_two_numbers()
+    monkeypatch.setattr(module, "frame_kernels", lambda *_: {own, alone})
     device_scene = DeviceScene(BUILTIN["cornell-box"](), cpu)
     load_kernels([general], device_scene.device, 1)  # as `compile_ahead` leaves it
     late = warm_up(device_scene, SETTINGS)
     assert late is not None
     assert launched() is general
+    assert launched_alone() is alone  # which nothing can stand in for
+    assert is_compiled(alone, device_scene.device, 1)
     while not late.compiled:
         sleep(0.01)
     late.settle()
