@@ -69,7 +69,7 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     position = photons.position[photon]
     normal = photons.normal[photon]
     found = neighbours(tree, sites.alike, photon, chosen.most_radius)
-    radius = wider * found.distance[wp.static(NEIGHBOURS - 1)]
+    radius = wider * found.distance[0]
     radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
     disk = covered_disk(scene, sites.alike, position, normal, radius, photon, tree.leaves)
     sites.radius[photon] = radius
