@@ -1,8 +1,8 @@
 """Seconds from a start to a service's first picture: `python -m tests.bench.first_picture [DEVICE] [SCENE …]`.
 
 Each scene with no kernels kept, compiled one by one as frames launch them (`lumenwalk render`) and side by side
-(`lumenwalk warm`); then a service that starts with the kernels of the first scene kept, with general ones
-(`lumenwalk warm --general`), and with its own. The start of Python and Warp, and reading the scene, are in all of them.
+(`lumenwalk warm`); then a service that starts with the kernels of the first scene kept, and with its own. The start of
+Python and Warp, and reading the scene, are in all of them.
 """
 
 import os
@@ -45,17 +45,15 @@ def seconds_to_ready(folder: Path, device: str, scene: str) -> float:
 def main(device: str, scenes: tuple[str, ...]) -> None:
     """Print a line for each scene."""
     with TemporaryDirectory() as temporary:
-        root, kept, general = (Path(temporary) / name for name in ("", "kept", "general"))
-        print(f"{'scene':18} {'one by one':>11} {'side by side':>13} {'first':>7} {'general':>8} {'own kept':>9}  [s]")
+        root, kept = Path(temporary), Path(temporary) / "kept"
+        print(f"{'scene':18} {'one by one':>11} {'side by side':>13} {'first kept':>11} {'own kept':>9}  [s]")
         seconds(kept, "warm", f"--device={device}", scenes[0])
-        seconds(general, "warm", f"--device={device}", "--general")
         for scene in scenes:
             picture = f"{root / 'picture.png'}"
             serial = seconds(root / f"{scene}-serial", "render", scene, picture, "--size=64x36", f"--device={device}")
             parallel = seconds(root / f"{scene}-parallel", "warm", scene, f"--device={device}")
-            first, stand_ins, own = (seconds_to_ready(folder, device, scene) for folder in (kept, general, kept))
-            times = f"{serial:11.1f} {parallel:13.1f} {first:7.1f} {stand_ins:8.1f} {own:9.1f}"
-            print(f"{scene:18} {times}", flush=True)
+            first, own = (seconds_to_ready(kept, device, scene) for _ in range(2))
+            print(f"{scene:18} {serial:11.1f} {parallel:13.1f} {first:11.1f} {own:9.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -23,5 +23,4 @@ def test_each_scene_has_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     monkeypatch.setattr(first_picture, "seconds_to_ready", lambda *_: 2.0)
     main("cpu", ("one", "two"))
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["scene", "one", "two"]
-    assert [arguments[0] for arguments in ran] == ["warm", "warm", *2 * ("render", "warm")]
-    assert [arguments for arguments in ran if "--general" in arguments] == [("warm", "--device=cpu", "--general")]
+    assert [arguments[:1] for arguments in ran] == [("warm",), ("render",), ("warm",), ("render",), ("warm",)]
