@@ -21,7 +21,6 @@ _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
 _builds: dict[_Build, Future[None]] = {}
 _builders = ThreadPoolExecutor(2, thread_name_prefix="compile")
-_background = ThreadPoolExecutor(max(WORKERS // 2, 1), thread_name_prefix="compile later")
 
 
 @contextmanager
@@ -68,19 +67,6 @@ def compile_for(kernels: Iterable[wp.Kernel], architecture: int, block: int) -> 
     with ThreadPoolExecutor(WORKERS) as pool:
         for built in [pool.submit(_compile, module, None, block, architecture) for module in modules]:
             built.result()
-
-
-def is_compiled(kernel: wp.Kernel, device: wp.Device, block: int) -> bool:
-    """Whether Warp's cache has a kernel for blocks of so many threads."""
-    name = kernel.module.get_module_identifier(block)
-    binary = kernel.module._get_compile_output_name(device, block_dim=block)
-    return (Path(wp.config.kernel_cache_dir) / name / binary).exists()
-
-
-def compile_later(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> list[Future[None]]:
-    """Begin to compile these kernels for blocks of so many threads, into Warp's cache, on half of the cores."""
-    modules = dict.fromkeys(kernel.module for kernel in kernels)
-    return [_background.submit(_compile, module, device, block) for module in modules]
 
 
 def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:

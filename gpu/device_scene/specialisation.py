@@ -4,9 +4,9 @@ Functions ask while they run, as in `if scene.textured`. A kernel that is made f
 ask with a constant first.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial, wraps
+from functools import cache, wraps
 from typing import TypeVarTuple
 
 import warp as wp
@@ -21,46 +21,22 @@ LOOK = ("masks", "alpha", "textures", "sheen", "films")
 Rest = TypeVarTuple("Rest")
 KernelMaker = Callable[[SceneFeatures, *Rest], wp.Kernel]
 
-# The kernel for all features, by that for some; and kernels that it stands in for.
-_general: dict[wp.Kernel, Callable[[], wp.Kernel]] = {}
-_replaced: set[wp.Kernel] = set()
-
 
 def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
     """Have one kernel made for all scenes that do not differ in these features; of the others it has all."""
-    everything = (True,) * len(names)
 
     def decorate(make: KernelMaker[*Rest]) -> KernelMaker[*Rest]:
         @cache
         def kernel_of(told: tuple[bool, ...], *rest: *Rest) -> wp.Kernel:
-            kernel = make(replace(EVERYTHING, **dict(zip(names, told, strict=True))), *rest)
-            if told != everything:
-                _general[kernel] = partial(kernel_of, everything, *rest)
-            return kernel
+            return make(replace(EVERYTHING, **dict(zip(names, told, strict=True))), *rest)
 
         @wraps(make)
         def narrowed(features: SceneFeatures, *rest: *Rest) -> wp.Kernel:
-            kernel = kernel_of(tuple(getattr(features, name) for name in names), *rest)
-            return _general[kernel]() if kernel in _replaced else kernel
+            return kernel_of(tuple(getattr(features, name) for name in names), *rest)
 
         return narrowed
 
     return decorate
-
-
-def general_of(kernel: wp.Kernel) -> wp.Kernel | None:
-    """The kernel for scenes of all features, which shows the same more slowly; None for one that has no other."""
-    return _general[kernel]() if kernel in _general else None
-
-
-def replace_by_general(kernels: Iterable[wp.Kernel]) -> None:
-    """From now on have general kernels launched in the place of these, which have such."""
-    _replaced.update(kernels)
-
-
-def restore(kernels: Iterable[wp.Kernel]) -> None:
-    """Have these launched again."""
-    _replaced.difference_update(kernels)
 
 
 def masks_of(scene: SceneData) -> SceneFeatures:

@@ -127,7 +127,6 @@ def _parser() -> ArgumentParser:
         type=int,
         help="of GPUs that need not be here: ten times their compute capability, such as 90; may be given again",
     )
-    warm.add_argument("--general", action="store_true", help="compile, too, what scenes of any kind can begin with")
     add_options(warm, RenderSettings, "light and quality")
     add_options(warm, ImportOptions, READING)
     warm.set_defaults(command=_warm)
@@ -193,8 +192,10 @@ def _info(options: Namespace) -> int:
 def _warm(options: Namespace) -> int:
     settings, reading = model_from(options, RenderSettings), model_from(options, ImportOptions)
 
-    from server.cli.warm import warm_scenes
+    from server.cli.warm import warm_scenes, warm_scenes_for
 
-    architectures = tuple(options.architecture or ())
-    warm_scenes(tuple(options.scenes), reading, settings, options.device, architectures, general=options.general)
+    if options.architecture is None:
+        warm_scenes(tuple(options.scenes), reading, options.device, settings)
+    else:
+        warm_scenes_for(tuple(options.scenes), reading, tuple(options.architecture), settings)
     return 0

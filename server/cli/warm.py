@@ -1,5 +1,6 @@
 """Kernels compiled ahead: the command `lumenwalk warm`."""
 
+from collections.abc import Callable
 from time import perf_counter
 
 import warp as wp
@@ -10,30 +11,49 @@ from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
-from gpu.warm_up import compile_ahead
+from gpu.warm_up import warm_up, warm_up_for
 from server.cli.reading import read_scene
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 
 
-def warm_scenes(sources: tuple[str, ...], reading: ImportOptions, settings: RenderSettings, device: str | None,
-                architectures: tuple[int, ...] = (), *, general: bool = False) -> None:  # fmt: skip
+def warm_scenes(sources: tuple[str, ...], reading: ImportOptions, device: str | None, settings: RenderSettings) -> None:
     """Compile what scenes need (all built-in ones where none is named) into the folder of kernels; a line for each.
 
-    device: None takes the best there is; architectures: of GPUs that need not be here, ten times their compute
-    capabilities, instead; general: kernels too that other scenes begin with. Raises UserError for a scene, device or
-    compute capability that there is not, and where kernels cannot be kept.
+    device: None takes the best there is. Raises UserError for a scene or device that is not there, and where kernels
+    cannot be kept.
+    """
+    with needs_kernel_cache():
+        chosen = choose_device(device)
+    _warm_each(sources, reading, str(chosen), lambda scene: warm_up(scene, settings))
+
+
+def warm_scenes_for(
+    sources: tuple[str, ...], reading: ImportOptions, architectures: tuple[int, ...], settings: RenderSettings
+) -> None:
+    """As `warm_scenes`, for GPUs of these compute capabilities times ten, none of which need be here.
+
+    Raises UserError for a scene that is not there, for a compute capability that the compiler does not know, and where
+    kernels cannot be kept.
     """
     with needs_kernel_cache():
         known = wp.get_cuda_supported_archs()
-        chosen = choose_device("cpu" if architectures else device)
     if unknown := sorted(set(architectures) - set(known)):
         there_are = ", ".join(map(str, known))
         raise UserError(f"--architecture {unknown[0]}: no such compute capability; there are {there_are}")
+
+    def warm(scene: DeviceScene) -> None:
+        for architecture in architectures:
+            warm_up_for(architecture, scene, settings)
+
+    _warm_each(sources, reading, "cpu", warm)
+
+
+def _warm_each(
+    sources: tuple[str, ...], reading: ImportOptions, device: str, warm: Callable[[DeviceScene], None]
+) -> None:
     check_kernel_cache(wp.config.kernel_cache_dir)
     for source in sources or tuple(BUILTIN):
         scene = read_scene(source, reading)
         begun = perf_counter()
-        device_scene = DeviceScene(scene, str(chosen))
-        for architecture in architectures or (None,):
-            compile_ahead(device_scene, settings, general=general, architecture=architecture)
+        warm(DeviceScene(scene, device))
         print(f"{source}: {perf_counter() - begun:.1f} s", flush=True)

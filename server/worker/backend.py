@@ -7,7 +7,6 @@ loaded, the least recently used first.
 """
 
 import ctypes
-import logging
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -32,7 +31,7 @@ from gpu.scene.environment import with_environment
 from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
-from gpu.warm_up import LateKernels, warm_up
+from gpu.warm_up import warm_up
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
@@ -55,7 +54,6 @@ MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 Result = TypeVar("Result")
-log = logging.getLogger("lumenwalk.renderer")
 
 
 @dataclass
@@ -75,7 +73,6 @@ class GpuBackend:
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
         self._states = SceneStates(lambda state: self._renderers.drop_state(state))
         self._warm: set[SceneFeatures] = set()  # whose kernels were loaded for scenes with edits
-        self._late: list[LateKernels] = []  # kernels that general ones stand in for
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
@@ -187,7 +184,8 @@ class GpuBackend:
             report(f"building {ref.id}", 0.5)
             with _named(ref):
                 loaded = build(ref, scene, self._device)
-            self._warm_up(loaded, report)
+            report("compiling kernels, which the first time takes a minute", 0.8)
+            warm_up(loaded.device_scene, RenderSettings())
         self._scenes[ref] = loaded
         return loaded
 
@@ -214,23 +212,9 @@ class GpuBackend:
         features = state.features(lambertian=False)
         if features not in self._warm | {loaded.features(lambertian=False)}:
             self._warm.add(features)
-            self._warm_up(state, report)
+            report("compiling kernels, which the first time takes a minute", 0.8)
+            warm_up(state.device_scene, RenderSettings())
         return state
-
-    def _warm_up(self, state: LoadedScene, report: Report) -> None:
-        report("compiling kernels, which the first time takes a minute", 0.8)
-        if (late := warm_up(state.device_scene, RenderSettings())) is not None:
-            self._late.append(late)
-
-    def _settle(self) -> None:
-        """Have frames from now on launch the kernels that were compiled meanwhile."""
-        for late in [late for late in self._late if late.compiled]:
-            self._late.remove(late)
-            try:
-                late.settle()
-            except Exception:  # what Warp raises where a compiler fails
-                log.exception("kernels of a scene cannot be compiled; it goes on with general ones")
-            self._renderers.clear()
 
     def _make_room(self) -> None:
         while len(self._scenes) >= self._start.max_scenes:
@@ -264,7 +248,6 @@ class GpuBackend:
             return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
 
     def _picture(self, job: Render, report: Report) -> Picture:
-        self._settle()
         with self._state(job.scene, job.edits, job.viewer, report, own=job.own) as loaded:
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)

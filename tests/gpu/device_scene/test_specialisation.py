@@ -8,15 +8,7 @@ from scenes import box, grey, resident_of
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.specialisation import (
-    general_of,
-    made_for,
-    masks_of,
-    replace_by_general,
-    restore,
-    specialisation,
-    surface_specialisation,
-)
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation, surface_specialisation
 from gpu.device_scene.surface import Surface
 from gpu.scene.types import AlphaMode, Material
 
@@ -56,17 +48,6 @@ def test_scenes_that_do_not_differ_in_it_have_one_kernel() -> None:
     assert told_kernel(EVERYTHING, 0) is told_kernel(replace(EVERYTHING, panes=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(replace(EVERYTHING, gloss=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(EVERYTHING, 1)
-
-
-def test_the_kernel_for_everything_stands_in_for_others_for_a_while() -> None:
-    own, general = told_kernel(NOTHING, 0), told_kernel(EVERYTHING, 0)
-    assert general_of(own) is general
-    assert general_of(general) is None
-    replace_by_general([own])
-    assert told_kernel(NOTHING, 0) is general
-    assert told_kernel(NOTHING, 1) is not told_kernel(EVERYTHING, 1)
-    restore([own])
-    assert told_kernel(NOTHING, 0) is own
 
 
 @pytest.mark.parametrize("features", [EVERYTHING, NOTHING])

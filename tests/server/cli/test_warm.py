@@ -8,40 +8,47 @@ from gpu.settings import Method, RenderSettings
 from server.cli import warm
 from server.cli.main import main
 
-Warmed = tuple[str, Method, bool, int | None]
-
 
 @pytest.fixture
-def warmed(monkeypatch: pytest.MonkeyPatch) -> list[Warmed]:
-    """Scenes, methods and for what they were warmed, without the work."""
-    found: list[Warmed] = []
+def warmed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, RenderSettings]]:
+    """Scenes and settings that were warmed, without the work."""
+    found: list[tuple[str, RenderSettings]] = []
 
-    def note(
-        device_scene: DeviceScene, settings: RenderSettings, *, general: bool, architecture: int | None = None
-    ) -> None:
-        found.append((device_scene.scene.name, settings.method, general, architecture))
+    def note(device_scene: DeviceScene, settings: RenderSettings) -> None:
+        found.append((device_scene.scene.name, settings))
 
-    monkeypatch.setattr(warm, "compile_ahead", note)
+    monkeypatch.setattr(warm, "warm_up", note)
     return found
 
 
-def test_scenes_are_warmed_one_after_the_other(warmed: list[Warmed], capsys: pytest.CaptureFixture[str]) -> None:
+def test_scenes_are_warmed_one_after_the_other(
+    warmed: list[tuple[str, RenderSettings]], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["warm", "cornell-box", "--device=cpu", "--method=path"]) == 0
-    assert warmed == [("cornell-box", Method.PATH, False, None)]
+    assert [(name, settings.method) for name, settings in warmed] == [("cornell-box", Method.PATH)]
     assert capsys.readouterr().out.startswith("cornell-box: 0.")
 
 
 def test_all_built_in_scenes_are_warmed_where_none_is_named(
-    warmed: list[Warmed], monkeypatch: pytest.MonkeyPatch
+    warmed: list[tuple[str, RenderSettings]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(warm, "read_scene", lambda source, _: replace(BUILTIN["cornell-box"](), name=source))
     assert main(["warm", "--device=cpu"]) == 0
-    assert [name for name, *_ in warmed] == list(BUILTIN)
+    assert [name for name, _ in warmed] == list(BUILTIN)
 
 
-def test_scenes_are_warmed_for_gpus_that_are_not_here(warmed: list[Warmed]) -> None:
-    assert main(["warm", "cornell-box", "--architecture=90", "--architecture=89", "--general"]) == 0
-    assert warmed == [("cornell-box", Method.FUZZY_VPL, True, number) for number in (90, 89)]
+def test_scenes_are_warmed_for_gpus_that_are_not_here(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found: list[tuple[int, str, Method]] = []
+
+    def note(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
+        found.append((architecture, device_scene.scene.name, settings.method))
+
+    monkeypatch.setattr(warm, "warm_up_for", note)
+    assert main(["warm", "cornell-box", "--architecture=90", "--architecture=89", "--method=path"]) == 0
+    assert found == [(90, "cornell-box", Method.PATH), (89, "cornell-box", Method.PATH)]
+    assert capsys.readouterr().out.startswith("cornell-box: ")
 
 
 @pytest.mark.parametrize(

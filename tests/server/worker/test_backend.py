@@ -8,7 +8,6 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
-from unittest.mock import create_autospec
 
 import numpy as np
 import pytest
@@ -26,7 +25,6 @@ from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import Component, Method, RenderSettings
-from gpu.warm_up import LateKernels
 from server.render.engine import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import (
@@ -281,24 +279,6 @@ def test_a_scene_is_warmed_before_it_is_shown(backend: GpuBackend, monkeypatch: 
     assert warmed == [backend._scenes[TWIN].device_scene]
 
 
-@pytest.mark.parametrize("fails", [False, True])
-def test_renderers_are_made_anew_once_late_kernels_are_compiled(
-    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch, *, fails: bool
-) -> None:
-    late = create_autospec(LateKernels, instance=True, compiled=False)
-    late.settle.side_effect = RuntimeError("of a compiler") if fails else None
-    monkeypatch.setattr(server.worker.backend, "warm_up", lambda *_: late)
-    backend.close(TWIN)
-    for size in ((32, 18), (24, 18)):
-        backend.render(job(scene=TWIN, size=size), silent)
-    assert len(backend._renderers) > 1
-    late.compiled = True
-    for _ in range(2):
-        backend.render(job(scene=TWIN), silent)
-        assert len(backend._renderers) == 1
-    assert late.settle.call_count == 1
-
-
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
     backend.render(job(viewer=1), silent)
     scene = weakref.ref(backend._scenes[BOX].device_scene)
@@ -429,7 +409,7 @@ def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(
 ) -> None:
     heard: list[str] = []
     backend.open(BOX, silent)
-    monkeypatch.setattr("server.worker.backend.warm_up", lambda *_: heard.append("warm"))
+    monkeypatch.setattr("server.worker.backend.warm_up", lambda scene, settings: heard.append("warm"))
     for edits in (
         SceneEdits(lights={"light": LightEdit(intensity=0.25)}),
         SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.1)}),
