@@ -7,6 +7,7 @@ from gpu.core.kernel_loading import compile_for, imported_kernels, load_kernels,
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
+from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 
@@ -14,7 +15,8 @@ from gpu.settings import RenderSettings
 # there are of anything.
 SIZES = (64, 36), (480, 288)
 FEW = {"vpls": 256, "vpl_clusters": 16, "sp_clusters": 16, "samples": 1}
-WALKED, AVERAGED = 2, 3  # frames: the first of each has no others before it, and means begin with other stages
+# Frames: the first of each has no others before it, and what refines a mean begins after those that are smoothed.
+WALKED, AVERAGED = 2, STILL_VIEW_PARAMETERS.smoothed_frames + 2
 
 
 def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp.Kernel]:

@@ -10,6 +10,7 @@ from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
+from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
@@ -40,7 +41,7 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
     camera = device_scene.scene.cameras[0]
     for _ in range(3):
         renderer.render(camera, walks=True)
-    for _ in range(4):
+    for _ in range(STILL_VIEW_PARAMETERS.smoothed_frames + 3):
         renderer.render(camera, mean)
     made_for_it = {kernel for kernel in launched if "__locals__" in kernel.key}
     assert len(made_for_it) > 5
