@@ -11,7 +11,7 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.constants import PI, RAY_LENGTH
-from gpu.core.device import launch
+from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
@@ -140,7 +140,9 @@ def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
     specialise = specialisation(features)
 
     # As for direct light, whose candidates are looked at here, too.
-    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    options = {"max_unroll": 1, "fast_math": True}
+
+    @wp.kernel(module="unique", module_options=options, cuda_max_registers=RAY_REGISTERS)
     def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
                          vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
                          irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
