@@ -28,7 +28,7 @@ class AnchorParameters:
     """
 
     stride: int = 2
-    min_pixels: int = 1 << 17
+    min_pixels: int = 1 << 16
 
 
 ANCHOR_PARAMETERS = AnchorParameters()
