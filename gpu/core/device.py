@@ -196,6 +196,19 @@ def struct_array(struct: Any, rows: np.ndarray, device: wp.Device) -> wp.array:
     return array
 
 
+def with_changes(array: wp.array, before: np.ndarray, now: np.ndarray) -> wp.array:
+    """A copy of an `array`, which holds what is in `before`, with what is in `now`: 32-bit numbers in rows that are as
+    many. From the first row that differs to the last one it comes from the host.
+    """
+    copied = wp.clone(array)
+    if now is not before:
+        rows = np.flatnonzero(now.view(np.int32) != before.view(np.int32)) // now.shape[1]
+        if len(rows):
+            begin, end = int(rows[0]), int(rows[-1]) + 1
+            copied[begin:end].assign(now[begin:end])
+    return copied
+
+
 def alike(struct: Any, one: Any, other: Any) -> bool:
     """Whether two instances of the Warp struct type `struct` differ in nothing but what their arrays hold."""
 

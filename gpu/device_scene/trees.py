@@ -50,13 +50,15 @@ def tree_over(scene: SceneData, culled: wp.array, begin: int, end: int, *, looks
     return tree
 
 
-def tree_of_moved(scene: SceneData, known: Bvh, begin: int, end: int, *, looks: bool = False) -> "Bvh | None":
+def tree_of_moved(
+    scene: SceneData, known: Bvh, usual: float, begin: int, end: int, *, looks: bool = False
+) -> "Bvh | None":
     """The tree `known` where its triangles are now; None where it does not fit: some were, or are, repeated, or rays
-    would look at much more than before.
+    would look at much more than the `usual` (gpu.device_scene.ray_cost) that they look at in the mean in `known`.
     """
     if not len(distinct(scene, begin, end, looks=looks)) == end - begin == len(known.faces):
         return None
     fitted = refitted(known, scene.vertices, scene.triangles, begin)
-    costs, before = ray_costs(fitted), ray_costs(known)
-    dear = costs.max() >= RAY_COST_PARAMETERS.most or costs.mean() > MOST_COST * before.mean()
+    costs = ray_costs(fitted)
+    dear = costs.max() >= RAY_COST_PARAMETERS.most or costs.mean() > MOST_COST * usual
     return None if dear else fitted

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array
+from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array, with_changes
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.data import (
@@ -33,8 +33,8 @@ from gpu.device_scene.data import (
     TextureData,
 )
 from gpu.device_scene.environment import upload_environment
-from gpu.device_scene.features import has_specular, scene_features
-from gpu.device_scene.ray_cost import check_ray_cost
+from gpu.device_scene.features import SceneFeatures, has_specular, scene_features
+from gpu.device_scene.ray_cost import check_ray_cost, ray_costs
 from gpu.device_scene.trees import tree_of_moved, tree_over
 from gpu.scene.types import (
     AlphaMode,
@@ -45,6 +45,7 @@ from gpu.scene.types import (
     Scene,
     Texture,
     TextureSlot,
+    same_materials,
     same_picture,
 )
 
@@ -148,6 +149,8 @@ class DeviceScene:
     def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
         """lender: one on the same device with another state of the scene; both share what that does not change."""
         self.scene = scene
+        self._features: dict[bool, SceneFeatures] = {}  # by whether surfaces are Lambertian
+        self._ray_costs: dict[str, float] = {}
         # Of vertices and triangles, those that other scenes have, too, in the same arrays, with what goes with them.
         self._lent: frozenset[str] = frozenset()
         self.device = choose_device(device)
@@ -194,29 +197,48 @@ class DeviceScene:
         other = copy(self)
         other._lent = frozenset({"vertices", "triangles"})
         other.scene, other.data = scene, duplicate(SceneData, self.data)
-        other._set_materials(self)
+        same = same_materials(scene.materials, known.materials)
+        if same:
+            other.data.materials = wp.clone(self.data.materials)
+        else:
+            other._set_materials(self)
         other._set_sky(self)
+        if not (same and type(scene.sky) is type(known.sky) and len(scene.lights) == len(known.lights)):
+            other._features = {}
         if scene.vertices is not known.vertices or scene.normals is not known.normals:
-            other._move()
+            other._move(known)
         return other
 
-    def _move(self) -> None:
-        """Have arrays of its own of where things are; its trees are those of the state that it is a copy of."""
+    def _move(self, known: Scene) -> None:
+        """Have arrays of its own of where things are; the ones it has, and its trees, are of the state `known`."""
         self._lent -= {"vertices"}
         for name in ("solid_radius", "_with_panes"):
             self.__dict__.pop(name, None)
-        self.data.vertices = self._upload(self.scene.vertices, wp.vec3)
-        self.data.normals = self._upload(self.scene.normals, wp.vec3)
-        self._set_trees(known=True)
+        data, scene = self.data, self.scene
+        data.vertices = with_changes(data.vertices, known.vertices, scene.vertices)
+        data.normals = with_changes(data.normals, known.normals, scene.normals)
+        usual, self._ray_costs = self._ray_costs, {}
+        self._set_trees(usual)
 
-    def _set_trees(self, *, known: bool = False) -> None:
-        """known: there are trees, of where the same triangles were."""
+    def features(self, *, lambertian: bool) -> SceneFeatures:
+        """What it has (gpu.device_scene.features), looked for once."""
+        if lambertian not in self._features:
+            self._features[lambertian] = scene_features(self.scene, lambertian=lambertian)
+        return self._features[lambertian]
+
+    def _set_trees(self, usual: dict[str, float] | None = None) -> None:
+        """usual: there are trees, of where the same triangles were; what rays look at in these, where that is known."""
         data, begin = self.data, 0
         counts = data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count
         for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
             if count:
-                before = getattr(data, name) if known else None
-                setattr(data, name, self._tree(begin, begin + count, looks=name == "masked", known=before))
+                tree, looks = None, name == "masked"
+                if usual is not None:
+                    known = getattr(data, name)
+                    if name not in usual:
+                        usual[name] = float(ray_costs(known).mean())
+                    tree = tree_of_moved(data, known, usual[name], begin, begin + count, looks=looks)
+                setattr(data, name, tree or self._tree(begin, begin + count, looks=looks))
             begin += count
 
     def can_become(self, other: DeviceScene) -> bool:
@@ -230,7 +252,7 @@ class DeviceScene:
             if not (panes is None or alike(Bvh, panes, other._with_panes)):
                 return False
         return alike(SceneData, self.data, other.data) and all(
-            scene_features(self.scene, lambertian=lambertian) == scene_features(other.scene, lambertian=lambertian)
+            self.features(lambertian=lambertian) == other.features(lambertian=lambertian)
             for lambertian in (False, True)
         )
 
@@ -298,12 +320,10 @@ class DeviceScene:
         DEVICE_SHARING.pause()
         return array
 
-    def _tree(self, begin: int, end: int, *, looks: bool = False, known: Bvh | None = None) -> Bvh:
-        """As `tree_over`, or what is `known` where that still fits; SceneError where rays would look at too much."""
-        tree = known and tree_of_moved(self.data, known, begin, end, looks=looks)
-        if tree is None:
-            tree = tree_over(self.data, self._culled, begin, end, looks=looks)
-            check_ray_cost(self.scene, tree)
+    def _tree(self, begin: int, end: int, *, looks: bool = False) -> Bvh:
+        """As `tree_over`; SceneError where rays would look at too much."""
+        tree = tree_over(self.data, self._culled, begin, end, looks=looks)
+        check_ray_cost(self.scene, tree)
         return tree
 
     @cached_property

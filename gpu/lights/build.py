@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.constants import PI
-from gpu.core.device import launch, layout_of, struct_array
+from gpu.core.device import duplicate, launch, layout_of, struct_array
 from gpu.device_scene.data import EnvironmentData, SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.sides import emits_from_back
@@ -15,7 +15,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.lights.sun_map import no_sun_maps
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Sky
+from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Sky, same_materials, same_sky
 
 
 @wp.kernel
@@ -125,3 +125,28 @@ def build_light_table(
     else:
         table.sampled = table.all_emitters
     return table
+
+
+def light_table_after(table: LightTable, before: DeviceScene, now: DeviceScene) -> LightTable:
+    """The table of `now`, another state of the scene of `before`, which has `table`: in the same arrays but for lights,
+    where no emitter has another power.
+    """
+    if not _same_powers(before, now):
+        return build_light_table(now)
+    found = duplicate(LightTable, table)
+    found.lights = _lights(now.scene.lights, now.device)
+    return found
+
+
+def _same_powers(before: DeviceScene, now: DeviceScene) -> bool:
+    """Whether emitters of two states of a scene are as many and have the same powers, areas and numbers."""
+    one, other = before.scene, now.scene
+    lights = ([(it.kind, it.intensity, it.cos_outer) for it in scene.lights] for scene in (one, other))
+    if one.triangles is not other.triangles or next(lights) != next(lights):
+        return False
+    if not (same_sky(one.sky, other.sky) and same_materials(one.materials, other.materials)):
+        return False
+    if one.vertices is other.vertices:
+        return True
+    corners = other.triangles[now.triangle_order[emissive_faces(now)]]
+    return before.solid_radius == now.solid_radius and np.array_equal(one.vertices[corners], other.vertices[corners])

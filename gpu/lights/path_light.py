@@ -11,7 +11,7 @@ from gpu.lights.build import build_light_table
 from gpu.lights.light_table import LightTable
 from gpu.lights.sun_map import SunMaps
 from gpu.scene.path_light import path_light, path_light_shares
-from gpu.scene.types import Environment, Scene, same_picture
+from gpu.scene.types import Scene, same_sky
 
 _SURFACES = "vertices", "normals", "triangles", "triangle_material", "uvs", "colors"
 
@@ -28,11 +28,7 @@ def _same_paths(one: Scene, other: Scene) -> bool:
     """Whether light paths of both scenes, as they are drawn, are the same: nothing differs that they meet."""
     if any(getattr(one, name) is not getattr(other, name) for name in _SURFACES):
         return False
-    if isinstance(one.sky, Environment) and isinstance(other.sky, Environment):
-        same_sky = one.sky.tint == other.sky.tint and same_picture(one.sky, other.sky)
-    else:
-        same_sky = one.sky == other.sky
-    return same_sky and one.materials == other.materials and one.lights == other.lights
+    return same_sky(one.sky, other.sky) and one.materials == other.materials and one.lights == other.lights
 
 
 class PathLight:

@@ -8,7 +8,7 @@ from typing import ClassVar, Generic, TypeVar
 import warp as wp
 
 from gpu.core.stages import Stages
-from gpu.device_scene.features import SceneFeatures, scene_features
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.light_selection import SELECTION_PIXEL_BYTES
 from gpu.film.accumulation import Accumulation
@@ -50,8 +50,7 @@ class RenderSetup:
     @property
     def bounces(self) -> int:
         """Of indirect light, at most."""
-        has = scene_features(self.device_scene.scene, lambertian=self.settings.lambertian)
-        return bounces_of(self.settings, has)
+        return bounces_of(self.settings, self.device_scene.features(lambertian=self.settings.lambertian))
 
 
 class RenderMethod(ABC, Generic[View]):

@@ -2,7 +2,6 @@
 
 from gpu.core.parameters import parameters
 from gpu.core.stages import Stages
-from gpu.device_scene.features import scene_features
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import frame_seed
@@ -25,7 +24,7 @@ class PathTracing(RenderMethod[ViewState]):
         self._setup, self._table = setup, setup.light_sets.table
         lambertian = setup.settings.lambertian
         self._scene = setup.device_scene.view(lambertian=lambertian)
-        self._features = scene_features(setup.device_scene.scene, lambertian=lambertian)
+        self._features = setup.device_scene.features(lambertian=lambertian)
         setup.progress("path tracing needs no virtual point lights", 1.0)
 
     def new_view(self) -> ViewState:

@@ -222,11 +222,11 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
 
     Raises UserError, which names the field, for what it has not or cannot be.
     """
+    if not (edits.materials or edits.lights):
+        return scene
     materials = dict(zip(material_ids(scene), scene.materials, strict=True))
     lights = {part.id: part for part in lights_of(scene)}
     _check_look(edits, {one: part.form for one, part in lights.items()}, materials)
-    if not (edits.materials or edits.lights):
-        return scene
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
     made, punctual, sky, filed = list(materials.values()), list(scene.lights), scene.sky, scene

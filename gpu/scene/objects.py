@@ -60,12 +60,15 @@ def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move
 
 def _vertices_of(scene: Scene, wanted: Collection[int]) -> list[tuple[int, Ints]]:
     """Each of the `wanted` objects and its vertices, all found at once."""
-    of = np.zeros(len(scene.objects), bool)
+    begins, numbers = scene.object_runs
+    sizes, of = np.diff(begins, append=len(scene.vertex_object)), np.zeros(len(scene.objects), bool)
     of[[*wanted]] = True
-    own = np.flatnonzero(of[scene.vertex_object]).astype(np.int32)
-    own = own[np.argsort(scene.vertex_object[own], kind="stable")]
-    numbers, starts = np.unique(scene.vertex_object[own], return_index=True)
-    return [*zip(numbers.tolist(), np.split(own, starts[1:]), strict=True)]
+    runs = np.flatnonzero(of[numbers])
+    runs = runs[np.argsort(numbers[runs], kind="stable")]
+    ends = np.cumsum(sizes[runs])
+    own = np.arange(ends[-1]) + np.repeat(begins[runs] - ends + sizes[runs], sizes[runs])
+    there, firsts = np.unique(numbers[runs], return_index=True)
+    return [*zip(there.tolist(), np.split(own.astype(np.int32), ends[firsts[1:] - 1]), strict=True)]
 
 
 def _moved(scene: Scene, moves: Mapping[int, Move], pause: Pause) -> Scene:

@@ -153,6 +153,14 @@ class Material:
         return clear and self.alpha_mode is AlphaMode.OPAQUE and not self.unlit
 
 
+def same_materials(some: Sequence[Material], others: Sequence[Material]) -> bool:
+    """Whether materials of two states of a scene are the same in all that edits change."""
+    return all(
+        a is b or (a == b and (a.stays_light, a.path_color) == (b.stays_light, b.path_color))
+        for a, b in zip(some, others, strict=True)
+    )
+
+
 @dataclass(frozen=True)
 class Light:
     """A punctual light in unit space. intensity: [W/sr] in unit space (point, spot) or irradiance [W/m²] (directional).
@@ -203,6 +211,13 @@ def same_picture(one: Sky | Environment | None, other: Sky | Environment | None)
     """Whether both skies show the same picture, or neither shows one, whatever tints it."""
     pictures = (sky.pixels if isinstance(sky, Environment) else None for sky in (one, other))
     return next(pictures) is next(pictures)
+
+
+def same_sky(one: Sky | Environment | None, other: Sky | Environment | None) -> bool:
+    """Whether both skies shine alike, or there is none."""
+    if isinstance(one, Environment) and isinstance(other, Environment):
+        return one.tint == other.tint and same_picture(one, other)
+    return one == other
 
 
 @dataclass(frozen=True)
@@ -291,15 +306,19 @@ class Scene:
         return np.bincount(self.triangle_material, minlength=len(self.materials)).astype(np.int32)
 
     @cached_property
+    def object_runs(self) -> tuple[Integers, Ints]:
+        """Where runs of vertices of one object begin, and whose each is: few, as meshes lie one behind the other."""
+        begins = np.flatnonzero(np.diff(self.vertex_object, prepend=-1))
+        return begins, self.vertex_object[begins]
+
+    @cached_property
     def object_boxes(self) -> tuple[Doubles, Doubles]:
         """The low and the high corners (object, 3) of the boxes around the objects, in world space."""
         low, high = np.full((len(self.objects), 3), np.inf), np.full((len(self.objects), 3), -np.inf)
         if self.objects:
-            # Meshes lie one behind the other, so that there are few runs of one object.
-            starts = np.flatnonzero(np.diff(self.vertex_object, prepend=-1))
-            numbers = self.vertex_object[starts]
-            np.minimum.at(low, numbers, np.minimum.reduceat(self.vertices, starts, axis=0))
-            np.maximum.at(high, numbers, np.maximum.reduceat(self.vertices, starts, axis=0))
+            begins, numbers = self.object_runs
+            np.minimum.at(low, numbers, np.minimum.reduceat(self.vertices, begins, axis=0))
+            np.maximum.at(high, numbers, np.maximum.reduceat(self.vertices, begins, axis=0))
         placement = self.placement
         return low / placement.scale + placement.centre, high / placement.scale + placement.centre
 

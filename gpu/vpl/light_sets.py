@@ -13,9 +13,8 @@ import warp as wp
 from gpu.core.device import alike, overwrite
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import build_light_table
+from gpu.lights.build import build_light_table, light_table_after
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
 from gpu.lights.path_light import PathLight, same_surfaces
@@ -60,7 +59,8 @@ class LightSets:
 
         False, and nothing is changed, where `edited` needs arrays of other sizes or other kernels.
         """
-        scene, table = self._device_scene, build_light_table(edited)
+        scene = self._device_scene
+        table = light_table_after(self.table, scene, edited)
         same_suns = edited.data.vertices is scene.data.vertices and suns_of(edited.scene) == suns_of(scene.scene)
         table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
@@ -130,7 +130,7 @@ class LightSets:
     def _paths_of(self, choice: LightSetChoice, scene: SceneData) -> int:
         same = replace(choice, seed=0)
         if same not in self._paths:
-            features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
+            features = self._device_scene.features(lambertian=choice.lambertian)
             inputs = self._device_scene, scene, self._path_light.table, choice.vpls, choice.bounces, features
             if choice.bounces not in self._pilots:
                 self._pilots[choice.bounces] = pilot_of(choice.bounces, self._device_scene.device)
@@ -140,7 +140,7 @@ class LightSets:
     def _trace(self, light_set: LightSet, scene: SceneData, paths: int, run: RunPart) -> tuple[VplMaker, int]:
         """What has traced the light paths of a set, and how many VPLs they left."""
         choice, same = light_set.choice, replace(light_set.choice, seed=0)
-        features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
+        features = self._device_scene.features(lambertian=choice.lambertian)
         maker = self._makers.get(same)
         if maker is None or maker.ends.room < paths:
             maker = self._makers[same] = self._maker(choice, paths, choice.vpls)
@@ -175,7 +175,7 @@ class LightSets:
         """The radiosity (RadiosityCache) around the VPLs of a set, which has one."""
         if light_set.cache is None:
             choice, device_scene = light_set.choice, self._device_scene
-            features = scene_features(device_scene.scene, lambertian=choice.lambertian)
+            features = device_scene.features(lambertian=choice.lambertian)
             with self._making():
                 lobes = features if features.lobes or features.specular else None
                 light_set.add_radiosity(self._view(choice), lobes)

@@ -6,7 +6,7 @@ import warp as wp
 
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import new_number
-from gpu.device_scene.features import SceneFeatures, scene_features
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.edits import NO_EDITS, SceneEdits, shape_of, shaped, shown
 from gpu.scene.types import Scene
@@ -28,13 +28,10 @@ class LoadedScene:
     shape: Scene
     edits: SceneEdits = NO_EDITS
     number: int = field(default_factory=new_number)
-    _features: dict[bool, SceneFeatures] = field(default_factory=dict)
 
     def features(self, *, lambertian: bool) -> SceneFeatures:
         """What it has (gpu.device_scene.features), whatever its state, looked for once."""
-        if lambertian not in self._features:
-            self._features[lambertian] = scene_features(self.device_scene.scene, lambertian=lambertian)
-        return self._features[lambertian]
+        return self.device_scene.features(lambertian=lambertian)
 
 
 def build(ref: SceneRef, scene: Scene, device: wp.Device) -> LoadedScene:

@@ -7,6 +7,7 @@ from scenes import grey, quad, scene_of
 from gpu.core.device import duplicate
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.ray_cost import ray_costs
 from gpu.device_scene.trees import tree_of_moved, tree_over
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.types import Doubles, Material
@@ -32,12 +33,12 @@ def test_a_tree_is_kept_where_it_still_fits_what_has_moved() -> None:
     corners = rng.uniform(-0.4, 0.4, (400, 3)).tolist()
     scene = scene_of([quad(corner, [0.01, 0, 0], [0, 0.01, 0]) for corner in corners], [grey(0.5)])
     placed = DeviceScene(scene, "cpu")
-    count = len(scene.triangles)
+    count, usual = len(scene.triangles), ray_costs(placed.data.opaque).mean()
 
     def fitted(places: Doubles) -> "Bvh | None":
         moved = duplicate(SceneData, placed.data)
         moved.vertices = wp.array(places, dtype=wp.vec3, device="cpu")
-        return tree_of_moved(moved, placed.data.opaque, 0, count)
+        return tree_of_moved(moved, placed.data.opaque, usual, 0, count)
 
     assert fitted(scene.vertices + 0.1) is not None
     shuffled = np.repeat(rng.permutation(scene.vertices.reshape(-1, 6, 3)[:, :1]), 6, axis=1)

@@ -1,12 +1,15 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from emitters import POINT
 from scenes import box, grey, quad, resident_of, scene_of
 
+from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import DeviceError
-from gpu.scene.edits import MaterialEdit, ObjectEdit, SceneEdits, edited
+from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
 MASKED = Material(alpha_mode=AlphaMode.MASK)
@@ -106,6 +109,19 @@ def test_what_moved_takes_the_place_of_what_was_in_arrays_of_its_own() -> None:
     state.become(base)
     assert np.array_equal(both.corners.numpy(), base.view(lambertian=True).opaque.corners.numpy())
     assert state.can_become(other)
+
+
+def test_what_a_scene_has_is_looked_for_again_where_an_edit_may_change_it() -> None:
+    base = resident_of(box(), [grey(0.5)], lights=[POINT])
+    known = base.features(lambertian=False)
+
+    def state(**edits: dict[str, Any]) -> DeviceScene:
+        return base.edited(edited(base.scene, SceneEdits(**edits)))
+
+    moved = state(lights={"point": LightEdit(position=(0.0, 0.1, 0.0))})
+    assert moved.features(lambertian=False) is known
+    rough = state(materials={"default": MaterialEdit(metallic=1.0, roughness=0.0)})
+    assert rough.features(lambertian=False) == scene_features(rough.scene, lambertian=False) != known
 
 
 def test_what_edits_leave_as_it_was_is_shared() -> None:
