@@ -10,6 +10,7 @@ from gpu.clustering.grid import Representatives, separation
 from gpu.clustering.nearest import OTHER_NORMAL
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import place_of_least
 
 # More would lie in wider spheres, fewer leave more of these to look at; what is found does not depend on it.
 PER_RUN = wp.constant(8)
@@ -82,16 +83,16 @@ def stretched(clusters: Representatives, cluster: int, position: wp.vec3, normal
 
 
 @wp.func
-def nearest_in_runs(
-    clusters: Representatives, runs: ClusterRunBounds, position: wp.vec3, normal: wp.vec3, guess: int
-) -> int:
+def nearest_in_runs(clusters: Representatives, runs: ClusterRunBounds, position: wp.vec3, normal: wp.vec3, guess: int,
+                    lane: int, lanes: int) -> int:  # fmt: skip
     """The nearest of all clusters, the first of those as near, as gpu.clustering.nearest.nearest_of_all finds it.
 
-    guess: a cluster in use; the nearer that is, the fewer are looked at.
+    guess: a cluster in use; the nearer that is, the fewer are looked at. Each of the `lanes` (gpu.core.intrinsics) of a
+    point looks at runs of its own.
     """
     best = guess
     best_distance = stretched(clusters, guess, position, normal)
-    for run in range(runs.radius.shape[0]):
+    for run in range(lane, runs.radius.shape[0], lanes):
         radius = best_distance + runs.radius[run]
         if wp.dot(runs.axis[run], normal) < runs.alike[run]:
             radius += UNLIKE
@@ -102,4 +103,4 @@ def nearest_in_runs(
                     if distance < best_distance or (distance == best_distance and cluster < best):
                         best_distance = distance
                         best = cluster
-    return best
+    return place_of_least(best_distance, best, lanes)

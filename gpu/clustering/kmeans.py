@@ -80,18 +80,24 @@ def kmeans_guess_kernel(first: int, points: Points, wanted: wp.array[int], none:
 
 @wp.kernel
 def kmeans_assign_to_any_kernel(first: int, points: Points, clusters: Representatives, none: int,
-                                runs: ClusterRunBounds, owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
+                                runs: ClusterRunBounds, lanes: int, owner: wp.array[int],
+                                keys: wp.array[int]) -> None:  # fmt: skip
+    """`lanes` threads a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
 
     owner (point,): what that was before; none: the key of what is no point.
     """
-    point = first + wp.tid()
-    keys[point] = none
+    index = first + wp.tid()
+    point = index // lanes
+    lane = index % lanes
     if point >= points.count[0]:
+        if lane == 0:
+            keys[point] = none
         return
-    found = nearest_in_runs(clusters, runs, points.position[point], points.normal[point], owner[point])
-    owner[point] = found
-    keys[point] = found
+    position = points.position[point]
+    found = nearest_in_runs(clusters, runs, position, points.normal[point], owner[point], lane, lanes)
+    if lane == 0:
+        owner[point] = found
+        keys[point] = found
 
 
 @wp.kernel
@@ -251,8 +257,9 @@ class KMeans:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
         if self._exhaustive:
             bound_runs(clusters, self._runs)
-            inputs = [points, clusters, self.most, self._runs, self._owner, keys]
-            launch(kmeans_assign_to_any_kernel, capacity, inputs, self.device)
+            lanes = lanes_of(self.device, few=True)
+            inputs = [points, clusters, self.most, self._runs, lanes, self._owner, keys]
+            launch(kmeans_assign_to_any_kernel, lanes * capacity, inputs, self.device)
         else:
             self.grid.build()
             launch(kmeans_assign_kernel(self._metric), capacity, [points, clusters, self.most, keys], self.device)

@@ -4,7 +4,14 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column, results
 
-from gpu.clustering.cluster_bounds import PER_RUN, ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
+from gpu.clustering.cluster_bounds import (
+    PER_RUN,
+    ClusterRunBounds,
+    allocate_runs,
+    bound_runs,
+    nearest_in_runs,
+    stretched,
+)
 from gpu.clustering.grid import Grid, Representatives
 from gpu.clustering.nearest import nearest_of_all
 
@@ -16,7 +23,19 @@ def runs_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds, p
                 normal: wp.array[wp.vec3], guess: wp.array[int], found: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: its nearest cluster."""
     point = first + wp.tid()
-    found[point] = nearest_in_runs(clusters, runs, position[point], normal[point], guess[point])
+    found[point] = nearest_in_runs(clusters, runs, position[point], normal[point], guess[point], 0, 1)
+
+
+@wp.kernel
+def lanes_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds, position: wp.array[wp.vec3],
+                 normal: wp.array[wp.vec3], guess: wp.array[int], lanes: int,
+                 found: wp.array2d[float]) -> None:  # fmt: skip
+    """One thread a lane of a point: the cluster that is the nearest to it, and how far that is."""
+    lane = first + wp.tid()
+    point = lane // lanes
+    nearest = nearest_in_runs(clusters, runs, position[point], normal[point], guess[point], lane % lanes, lanes)
+    found[lane, 0] = stretched(clusters, nearest, position[point], normal[point])
+    found[lane, 1] = float(nearest)
 
 
 @wp.kernel
@@ -56,6 +75,22 @@ def test_it_finds_what_a_look_at_each_finds(share: float) -> None:
     guess = column(np.random.default_rng(4).choice(np.flatnonzero(used), 3000), wp.int32)
     found = results(runs_kernel, 3000, [clusters, runs, *points, guess], wp.int32)
     assert np.array_equal(found, results(all_kernel, 3000, [clusters, *points], wp.int32))
+
+
+def test_the_nearest_of_what_its_lanes_find_is_a_points_nearest() -> None:
+    """On a GPU lanes tell each other; here each keeps what it has found."""
+    count, number, lanes = 70 * int(PER_RUN) + 3, 500, 8
+    position, normal = patches(10 * count, 1)
+    clusters, runs = clusters_at(position[::10], normal[::10], np.ones(count)), allocate_runs(count, CPU)
+    bound_runs(clusters, runs)
+    points = [column(values, wp.vec3) for values in patches(number, 3)]
+    guess = column(np.random.default_rng(4).integers(0, count, number), wp.int32)
+    found = wp.zeros((number * lanes, 2), dtype=float, device=CPU)
+    wp.launch(lanes_kernel, dim=number * lanes, inputs=[0, clusters, runs, *points, guess, lanes, found], device=CPU)
+    each = found.numpy().reshape(number, lanes, 2)
+    nearest = [min(map(tuple, of_point))[1] for of_point in each.tolist()]
+    assert np.array_equal(nearest, results(all_kernel, number, [clusters, *points], wp.int32))
+    assert (each[:, :, 1].std(axis=1) > 0.0).any()
 
 
 def test_of_equally_near_ones_the_first_is_found() -> None:
