@@ -1,7 +1,8 @@
 """Light shared between neighbouring pixels of one surface: what removes the speckle of few samples a pixel.
 
 An edge-avoiding à-trous filter (H. Dammertz et al. 2010) over light that is divided by reflectance, guided by the noise
-around each pixel (C. Schied et al. 2017): where neighbours agree, as beside a sharp shadow, nothing is mixed.
+around each pixel (C. Schied et al. 2017): where neighbours agree, as beside a sharp shadow, nothing is mixed. What a
+filter loses that guides itself gpu.denoise.lost_light gives back.
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from gpu.core.color import brightness
 from gpu.core.device import duplicate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
+from gpu.denoise.lost_light import pair_weight, restore
 from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.edge_stopping import edge_stopping_weight, gloss_weight
@@ -130,10 +132,7 @@ def spread_kernel(first: int, gbuffer: GBuffer, image: ImageSize, listed: wp.arr
             more = light[other] - light[pixel]
             # Of most pixels there is nothing to spread.
             if listed[other] == 1 and wp.length_sq(more) > 0.0:
-                weight = wp.min(
-                    edge_stopping_weight(gbuffer, pixel, other, step, plane_tolerance),
-                    edge_stopping_weight(gbuffer, other, pixel, step, plane_tolerance),
-                )
+                weight = pair_weight(gbuffer, pixel, other, step, plane_tolerance)
                 spread += more * (weight * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0)
     out[pixel] = spread
 
@@ -214,11 +213,15 @@ class Smoothing:
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._third = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
-    def run(self, gbuffer: GBuffer, light: wp.array) -> None:
-        """Smooth `light` (pixel,), light per reflectance of what is in `gbuffer`, in place."""
+    def run(self, gbuffer: GBuffer, light: wp.array, frames: wp.array) -> None:
+        """Smooth `light` (pixel,), light per reflectance of what is in `gbuffer`, in place; as much of it is left.
+
+        frames (pixel,): how many the light is the mean of; 0 counts as 1.
+        """
         image, chosen, deviation = self._image, self._chosen, self._deviation
         inputs = [gbuffer, image, chosen.plane_tolerance, light, deviation]
         launch(light_deviation_kernel, len(light), inputs, self.device)
+        wp.copy(self._third, light)
         source, target = light, self._other
         for step in STEPS:
             inputs = [gbuffer, image, step, chosen, source, deviation, target]
@@ -226,6 +229,8 @@ class Smoothing:
             source, target = target, source
         if source is not light:
             wp.copy(light, source)
+        arrays = self._third, self._other
+        restore(gbuffer, image, STEPS, chosen.plane_tolerance, light, arrays, frames)
 
     def spread(self, gbuffer: GBuffer, sps: ShadingPoints, light: wp.array) -> wp.array:
         """The `light` (pixel,) of `sps` spread over the SPs around on one surface, which have as much of it together;

@@ -205,11 +205,12 @@ class Passes:
                 probes.run(*seen, seed)
             which = direct_samples(samples, frame.frame_index, seed, probes)
             trace_direct_light(*seen, frame.size, which, view.radiance, frame.area_light, frame.features)
-            history = histories.direct if histories else None
+            history, frames = histories.direct if histories else None, frame.nothing
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, frame.area_light, read_history=kind.read_history)
+                frames = history.frames
             if area and kind.denoise:
-                frame.side_smoothing.run(frame.gbuffer, frame.area_light)
+                frame.side_smoothing.run(frame.gbuffer, frame.area_light, frames)
 
         stages.fork("direct", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 

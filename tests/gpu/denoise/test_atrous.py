@@ -15,10 +15,11 @@ from gpu.gbuffer.shading_points import ShadingPoints
 SPLITS = ["normals", "depth", "nothing"]
 
 
-def smoothed(gbuffer: GBuffer, light: NDArray) -> NDArray:
-    """`light` (height, width) after smoothing."""
+def smoothed(gbuffer: GBuffer, light: NDArray, frames: int = 1) -> NDArray:
+    """`light` (height, width), the mean of so many `frames`, after smoothing."""
     values = grey_values(light)
-    Smoothing((WIDTH, HEIGHT), CPU).run(gbuffer, values)
+    known = wp.full(WIDTH * HEIGHT, frames, dtype=int, device=CPU)
+    Smoothing((WIDTH, HEIGHT), CPU).run(gbuffer, values, known)
     return numbers(values)
 
 
@@ -65,6 +66,14 @@ def test_noise_falls_and_its_mean_stays() -> None:
     assert result.mean() == pytest.approx(light.mean(), abs=0.02)
 
 
+@pytest.mark.parametrize("frames", [1, 8])
+def test_of_rays_that_seldom_find_much_little_is_lost(frames: int) -> None:
+    light = np.random.default_rng(0).exponential(size=(HEIGHT, WIDTH)) ** 2
+    result = smoothed(wall(), light, frames)
+    assert result.mean() == pytest.approx(light.mean(), rel=0.05)
+    assert result.var() < light.var() / 30.0
+
+
 def test_light_spreads_over_a_surface_however_much_it_differs() -> None:
     """Between SPs alone, whose strides skip some pixels, and not beyond a surface."""
     light = np.where(LEFT, 0.0, 7.0)
@@ -85,15 +94,17 @@ def test_a_sharp_shadow_without_noise_stays_sharp() -> None:
     light = np.zeros((HEIGHT, WIDTH))
     light[:, WIDTH // 2 :] = 1.0
     result = smoothed(wall(), light)
-    # Only the two columns at the edge see both sides around them.
-    assert np.array_equal(np.delete(result, [WIDTH // 2 - 1, WIDTH // 2], axis=1), np.delete(light, [23, 24], axis=1))
+    # Only the two columns at the edge see both sides around them; they keep what they had together.
+    assert np.allclose(np.delete(result, [23, 24], axis=1), np.delete(light, [23, 24], axis=1), atol=0.02)
+    assert result[:, 23] + result[:, 24] == pytest.approx(1.0, abs=0.02)
 
 
 @pytest.mark.parametrize("kind", SPLITS)
 def test_nothing_crosses_the_edges_of_surfaces(kind: str) -> None:
-    result = smoothed(split_walls()[kind], np.where(LEFT, noise(), 100.0 + noise(1)))
-    assert result[LEFT].max() <= 1.0
-    assert result[~LEFT].min() >= 100.0
+    one, other = (smoothed(split_walls()[kind], np.where(LEFT, noise(), much + noise(1))) for much in (100.0, 7.0))
+    assert np.array_equal(one[LEFT], other[LEFT])
+    assert one[LEFT].max() < 1.1
+    assert one[~LEFT].min() > 99.9
 
 
 def test_pixels_without_a_surface_keep_their_light() -> None:

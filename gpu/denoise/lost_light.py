@@ -1,0 +1,83 @@
+"""Light that smoothing has lost, given back to the surface around, so that no place brightens or darkens by it.
+
+A filter that is guided by the light which it smooths (gpu.denoise.atrous) takes rare bright samples for other light,
+and so loses a part of their mean. What is lost is mostly noise, of which a wide mean, guided by surfaces alone, has
+little. Added, that leaves the picture as smooth, its edges as sharp, and all parts of it as bright as before.
+"""
+
+import warp as wp
+
+from gpu.core.device import launch
+from gpu.core.image_size import ImageSize
+from gpu.device_scene.data import NO_HIT
+from gpu.gbuffer.edge_stopping import edge_stopping_weight, gloss_weight
+from gpu.gbuffer.gbuffer import GBuffer
+
+
+@wp.func
+def pair_weight(gbuffer: GBuffer, p: int, q: int, step: int, tolerance: float) -> float:
+    """How far pixels `p` and `q`, `step` pixels apart, show one surface, 0 to 1: the same for both.
+
+    tolerance: as of gpu.gbuffer.edge_stopping.edge_stopping_weight.
+    """
+    return wp.min(
+        edge_stopping_weight(gbuffer, p, q, step, tolerance), edge_stopping_weight(gbuffer, q, p, step, tolerance)
+    )
+
+
+@wp.kernel
+def lost_light_kernel(first: int, light: wp.array[wp.vec3], lost: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: what smoothed `light` lacks of that before, which `lost` has at first; (pixel,) each."""
+    pixel = first + wp.tid()
+    lost[pixel] = lost[pixel] - light[pixel]
+
+
+@wp.kernel
+def restore_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, plane_tolerance: float,
+                   lost: wp.array[wp.vec3], frames: wp.array[int], last: bool,
+                   out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: what is `lost` (pixel,), mixed with that of the eight pixels `step` away.
+
+    Weights are of pairs, so what one pixel gets another gives. last: it is added to `out` (pixel,), else written there.
+    Where few pixels around are of the surface it stays the noise that it was: the fewer `frames` (pixel,) the light is
+    the mean of, the less of it is added.
+    """
+    pixel = first + wp.tid()
+    spread = lost[pixel]
+    shared = float(0.0)
+    if gbuffer.face[pixel] != NO_HIT:
+        column = pixel % image.width
+        row = pixel // image.width
+        for neighbour in range(9):
+            dx = neighbour % 3 - 1
+            dy = neighbour // 3 - 1
+            x = column + dx * step
+            y = row + dy * step
+            if neighbour != 4 and x >= 0 and x < image.width and y >= 0 and y < image.height:
+                other = y * image.width + x
+                weight = pair_weight(gbuffer, pixel, other, step, plane_tolerance)
+                weight *= gloss_weight(gbuffer, pixel, other) * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0
+                shared += weight
+                spread += (lost[other] - lost[pixel]) * weight
+    if last:
+        # All eight pixels have 3/4 together.
+        believed = wp.min(shared / 0.75 * float(wp.max(frames[pixel], 1)), 1.0)
+        out[pixel] = wp.max(out[pixel] + spread * believed, wp.vec3(0.0, 0.0, 0.0))
+    else:
+        out[pixel] = spread
+
+
+def restore(gbuffer: GBuffer, image: ImageSize, steps: tuple[int, ...], plane_tolerance: float, light: wp.array,
+            arrays: tuple[wp.array, wp.array], frames: wp.array) -> None:  # fmt: skip
+    """Give back to smoothed `light` (pixel,) what it lacks of that before, which the first of the `arrays` (pixel,)
+    has; both are overwritten.
+
+    steps: of the mean, as of an à-trous filter; frames (pixel,): how many the light is the mean of, 0 counts as 1.
+    """
+    device, (lost, other) = light.device, arrays
+    launch(lost_light_kernel, len(light), [light, lost], device)
+    for step in steps:
+        last = step == steps[-1]
+        inputs = [gbuffer, image, step, plane_tolerance, lost, frames, last, light if last else other]
+        launch(restore_kernel, len(light), inputs, device)
+        lost, other = other, lost
