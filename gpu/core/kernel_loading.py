@@ -5,8 +5,10 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from hashlib import sha256
 from os import cpu_count
 from pathlib import Path
+from typing import Any
 
 import warp as wp
 
@@ -21,6 +23,22 @@ _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
 _builds: dict[_Build, Future[None]] = {}
 _builders = ThreadPoolExecutor(2, thread_name_prefix="compile")
+
+
+def _header_folder(_: Any) -> str:
+    """Where Warp's headers are kept as Clang has read them for kernels on CPUs, which takes it four seconds.
+
+    Warp itself makes a folder for each thread of each process. Clang writes a file aside and renames it, reads no file
+    of other headers, and writes it anew where it is out of date.
+    """
+    headers, flags = Path(wp.__file__).parent / "native" / "builtin.h", wp.config.cpu_compiler_flags
+    read = wp._src.context._get_cpu_target_hash(flags), headers, headers.stat().st_mtime_ns
+    folder = Path(wp.config.kernel_cache_dir) / f"headers_{sha256(repr(read).encode()).hexdigest()[:8]}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return str(folder)
+
+
+wp._src.context.Runtime.get_clang_pch_dir = _header_folder
 
 
 @contextmanager

@@ -1,4 +1,5 @@
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from secrets import randbits
 from threading import Event, current_thread
@@ -71,6 +72,19 @@ def new_kernel() -> wp.Kernel:
         out[first + wp.tid()] = number
 
     return new_kernel
+
+
+def test_headers_are_read_once_for_all_threads_and_processes(cpu: str) -> None:
+    load_kernels([new_kernel()], wp.get_device(cpu), 1)
+    with ThreadPoolExecutor(1) as another:
+        folders = {ask() for ask in (header_folder, another.submit(header_folder).result)}
+    (folder,) = folders
+    assert folder.parent == Path(wp.config.kernel_cache_dir)
+    assert any(folder.glob("*.pch"))
+
+
+def header_folder() -> Path:
+    return Path(wp._src.context.runtime.get_clang_pch_dir())
 
 
 class Others:
