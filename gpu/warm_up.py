@@ -3,7 +3,14 @@
 import warp as wp
 
 from gpu.core.device import BLOCK
-from gpu.core.kernel_loading import compile_for, imported_kernels, load_kernels, noted_kernels
+from gpu.core.kernel_loading import (
+    LateKernels,
+    compile_for,
+    imported_kernels,
+    is_compiled,
+    load_kernels,
+    noted_kernels,
+)
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -35,10 +42,13 @@ def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp
     return launched
 
 
+def _block_of(device: wp.Device) -> int:
+    return BLOCK if device.is_cuda else 1
+
+
 def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
     """Load the kernels of a scene with these settings, side by side; those in Warp's cache are not compiled again."""
-    device = device_scene.device
-    block = BLOCK if device.is_cuda else 1
+    device, block = device_scene.device, _block_of(device_scene.device)
     load_kernels(imported_kernels(), device, block)
     load_kernels(frame_kernels(device_scene, settings), device, block)
 
@@ -46,3 +56,28 @@ def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
 def warm_up_for(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
     """Compile what `warm_up` would load on GPUs of this compute capability times ten, wherever the scene is."""
     compile_for([*imported_kernels(), *frame_kernels(device_scene, settings)], architecture, BLOCK)
+
+
+def compiles_beside(device: wp.Device) -> bool:
+    """Whether frames go on while kernels are compiled: on a CPU compilers would have the cores that frames need."""
+    return bool(device.is_cuda)
+
+
+def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
+    """As `warm_up`, but where Warp's cache lacks some of the scene's own kernels, and has all general ones of it, load
+    those, and return what is compiled meanwhile: until that is there, `device_scene.generalised()` is to be rendered.
+    """
+    device, block = device_scene.device, _block_of(device_scene.device)
+
+    def cached(kernels: set[wp.Kernel]) -> bool:
+        return all(is_compiled(kernel, device, block) for kernel in kernels)
+
+    load_kernels(imported_kernels(), device, block)
+    own = frame_kernels(device_scene, settings)
+    if compiles_beside(device) and not cached(own):
+        general = frame_kernels(device_scene.generalised(), settings)
+        if cached(general):
+            load_kernels(general, device, block)
+            return LateKernels(own - general, device, block)
+    load_kernels(own, device, block)
+    return None

@@ -23,6 +23,8 @@ _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
 _builds: dict[_Build, Future[None]] = {}
 _builders = ThreadPoolExecutor(2, thread_name_prefix="compile")
+# Of kernels that nobody waits for: others have the other cores.
+_late_builders = ThreadPoolExecutor(max(WORKERS // 2, 1), thread_name_prefix="compile-late")
 
 
 def _header_folder(_: Any) -> str:
@@ -87,6 +89,40 @@ def compile_for(kernels: Iterable[wp.Kernel], architecture: int, block: int) -> 
             built.result()
 
 
+def is_compiled(kernel: wp.Kernel, device: wp.Device, block: int) -> bool:
+    """Whether Warp's cache has a kernel for blocks of so many threads."""
+    return (_folder(kernel.module, block) / kernel.module._get_compile_output_name(device, block_dim=block)).exists()
+
+
+class LateKernels:
+    """Kernels that are compiled for blocks of so many threads, into Warp's cache, while others have the device."""
+
+    def __init__(self, kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
+        self._modules = list(dict.fromkeys(kernel.module for kernel in kernels))
+        self._device, self._block = device, block
+        for module in self._modules:
+            build = module, device.alias
+            if build not in _builds:
+                _builds[build] = _late_builders.submit(partial(_compile, module, device, block))
+        self._futures = [_builds[module, device.alias] for module in self._modules]
+
+    @property
+    def compiled(self) -> bool:
+        """Whether no compiler is at work any more."""
+        return all(future.done() for future in self._futures)
+
+    def load(self) -> None:
+        """Load them one after the other, once they are compiled; others may have the device in between.
+
+        Raises what Warp did where a compiler failed.
+        """
+        for module, future in zip(self._modules, self._futures, strict=True):
+            _builds.pop((module, self._device.alias), None)
+            future.result()
+            module.load(self._device, block_dim=self._block)
+            DEVICE_SHARING.pause()
+
+
 def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
     """Compile a kernel for blocks of so many threads, if Warp's cache has it not, while others have the device.
 
@@ -106,7 +142,12 @@ def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
 
 def _compile(module: wp.Module, device: wp.Device | None, block: int, architecture: int | None = None) -> None:
     """As the first part of `wp.Module.load`; architecture: of which GPUs, where they are not here."""
-    folder = Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block)
+    folder = _folder(module, block)
     name = module._get_compile_output_name(device, architecture, block_dim=block)
     architecture = architecture or module._get_compile_arch(device)
     module._compile(device, folder, name, architecture, options=module.resolved_options[block])
+
+
+def _folder(module: wp.Module, block: int) -> Path:
+    """Where Warp's cache has what was compiled of a module for blocks of so many threads."""
+    return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block)

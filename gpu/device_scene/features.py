@@ -3,7 +3,7 @@
 gpu.device_scene.specialisation makes such kernels.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gpu.device_scene.bsdf import BSDF_PARAMETERS
 from gpu.device_scene.surface import SURFACE_PARAMETERS
@@ -58,6 +58,13 @@ class SceneFeatures:
 
 
 EVERYTHING = SceneFeatures()
+
+
+def features_of_any(has: SceneFeatures) -> SceneFeatures:
+    """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are. That
+    decides no kernel, but which of them are launched, and with what samples.
+    """
+    return replace(EVERYTHING, soft=has.soft, lamps=has.lamps)
 
 
 def _coated(material: Material) -> bool:

@@ -33,7 +33,7 @@ from gpu.device_scene.data import (
     TextureData,
 )
 from gpu.device_scene.environment import upload_environment
-from gpu.device_scene.features import SceneFeatures, has_specular, scene_features
+from gpu.device_scene.features import SceneFeatures, features_of_any, has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost, ray_costs
 from gpu.device_scene.trees import tree_of_moved, tree_over
 from gpu.scene.types import (
@@ -138,17 +138,20 @@ def _srgb_decode() -> np.ndarray:
 class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
+    general: whether renderers of it take it for one that may have everything, so that they launch general kernels.
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
     panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist,
     SceneError where so many triangles overlap that rays would take too long.
     """
 
+    general: bool
     data: SceneData
     _material_rows: np.ndarray
 
     def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
         """lender: one on the same device with another state of the scene; both share what that does not change."""
         self.scene = scene
+        self.general = lender is not None and lender.general
         self._features: dict[bool, SceneFeatures] = {}  # by whether surfaces are Lambertian
         self._ray_costs: dict[str, float] = {}
         # Of vertices and triangles, those that other scenes have, too, in the same arrays, with what goes with them.
@@ -183,6 +186,21 @@ class DeviceScene:
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
         data.one_sided = bool(culled.any())
         self._set_trees()
+
+    def generalised(self, *, general: bool = True) -> DeviceScene:
+        """The same scene, in the same arrays, which is `general` or not."""
+        other = copy(self)
+        other.general = general
+        return other
+
+    def features(self, *, lambertian: bool, **assumed: bool) -> SceneFeatures:
+        """What is told to all kernels that renderers of it launch, and arrays that they allocate: what it has, and what
+        is `assumed` of it (scene_features). There are no general kernels for scenes that are taken for Lambertian.
+        """
+        has = self.own_features(lambertian=lambertian)
+        if self.general and not lambertian:
+            return features_of_any(has)
+        return scene_features(self.scene, lambertian=lambertian, **assumed) if any(assumed.values()) else has
 
     def edited(self, scene: Scene) -> DeviceScene:
         """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
@@ -220,7 +238,7 @@ class DeviceScene:
         usual, self._ray_costs = self._ray_costs, {}
         self._set_trees(usual)
 
-    def features(self, *, lambertian: bool) -> SceneFeatures:
+    def own_features(self, *, lambertian: bool) -> SceneFeatures:
         """What it has (gpu.device_scene.features), looked for once."""
         if lambertian not in self._features:
             self._features[lambertian] = scene_features(self.scene, lambertian=lambertian)
@@ -359,5 +377,5 @@ class DeviceScene:
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
-        data.alpha = (data.masked_count > 0 and not lambertian) or assume_alpha
+        data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha
         return data

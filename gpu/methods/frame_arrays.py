@@ -10,7 +10,6 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.light_selection import LEAST_PIXELS, LightProbes
 from gpu.gbuffer.gbuffer import allocate_gbuffer, trace_primary_rays
@@ -46,8 +45,7 @@ class FrameArrays:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
         self.scene = device_scene.view(lambertian=lambertian, assume_alpha=not skip.absent_alpha)
-        self.features = scene_features(
-            device_scene.scene,
+        self.features = device_scene.features(
             lambertian=lambertian,
             assume_alpha=not skip.absent_alpha,
             assume_textures=not skip.absent_textures,

@@ -50,7 +50,7 @@ class RenderSetup:
     @property
     def bounces(self) -> int:
         """Of indirect light, at most."""
-        return bounces_of(self.settings, self.device_scene.features(lambertian=self.settings.lambertian))
+        return bounces_of(self.settings, self.device_scene.own_features(lambertian=self.settings.lambertian))
 
 
 class RenderMethod(ABC, Generic[View]):

@@ -127,6 +127,7 @@ def _parser() -> ArgumentParser:
         type=int,
         help="of GPUs that need not be here: ten times their compute capability, such as 90; may be given again",
     )
+    warm.add_argument("--general", action="store_true", help="also what other scenes begin with on a GPU meanwhile")
     add_options(warm, RenderSettings, "light and quality")
     add_options(warm, ImportOptions, READING)
     warm.set_defaults(command=_warm)
@@ -194,8 +195,9 @@ def _warm(options: Namespace) -> int:
 
     from server.cli.warm import warm_scenes, warm_scenes_for
 
+    what = tuple(options.scenes), reading, settings
     if options.architecture is None:
-        warm_scenes(tuple(options.scenes), reading, options.device, settings)
+        warm_scenes(*what, options.device, general=options.general)
     else:
-        warm_scenes_for(tuple(options.scenes), reading, tuple(options.architecture), settings)
+        warm_scenes_for(*what, tuple(options.architecture), general=options.general)
     return 0

@@ -7,6 +7,7 @@ loaded, the least recently used first.
 """
 
 import ctypes
+import logging
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -31,14 +32,14 @@ from gpu.scene.environment import with_environment
 from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
-from gpu.warm_up import warm_up
+from gpu.warm_up import warm_up, warm_up_soon
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
-from server.worker.loaded_scene import LoadedScene, build, edit
+from server.worker.loaded_scene import LoadedScene, build, edit, with_kernels
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.picking import picked_part
 from server.worker.renderer_pool import RendererPool, lasting
@@ -54,6 +55,7 @@ MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 Result = TypeVar("Result")
+log = logging.getLogger("lumenwalk.renderer")
 
 
 @dataclass
@@ -174,6 +176,7 @@ class GpuBackend:
             return self._loaded(ref, report, packed)
 
     def _loaded(self, ref: SceneRef, report: Report, packed: str = "") -> LoadedScene:
+        self._take_late_kernels(ref)
         loaded = self._scenes.pop(ref, None)
         if loaded is None:
             self._make_room()
@@ -185,9 +188,25 @@ class GpuBackend:
             with _named(ref):
                 loaded = build(ref, scene, self._device)
             report("compiling kernels, which the first time takes a minute", 0.8)
-            warm_up(loaded.device_scene, RenderSettings())
+            if late := warm_up_soon(loaded.device_scene, RenderSettings()):
+                loaded = with_kernels(loaded, late)
         self._scenes[ref] = loaded
         return loaded
+
+    def _take_late_kernels(self, ref: SceneRef) -> None:
+        """Have a scene shown by its own kernels from its next frame on, once they are compiled."""
+        loaded = self._scenes.get(ref)
+        if loaded is None or loaded.late is None or not loaded.late.compiled:
+            return
+        try:
+            loaded.late.load()
+        except Exception:  # what Warp raises where a compiler fails
+            log.exception("%s: its kernels cannot be compiled, general ones go on", ref.id)
+            loaded.late = None
+            return
+        self._scenes[ref] = with_kernels(loaded, None)
+        self._states.close(ref)
+        self._renderers.drop(ref)
 
     @contextmanager
     def _state(

@@ -1,9 +1,10 @@
 """A scene on the device, with its lights."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import warp as wp
 
+from gpu.core.kernel_loading import LateKernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import new_number
 from gpu.device_scene.features import SceneFeatures
@@ -18,7 +19,8 @@ from server.wire.worker import SceneRef
 class LoadedScene:
     """A scene in one state, with `edits` or as its file is, and what all renderers of that share.
 
-    shape: with the edits of its geometry alone; number: of its arrays alone, which may become those of another state.
+    shape: with the edits of its geometry alone; number: of its arrays alone, which may become those of another state;
+    late: its own kernels, while general ones show it.
     """
 
     ref: SceneRef
@@ -28,6 +30,7 @@ class LoadedScene:
     shape: Scene
     edits: SceneEdits = NO_EDITS
     number: int = field(default_factory=new_number)
+    late: LateKernels | None = None
 
     def features(self, *, lambertian: bool) -> SceneFeatures:
         """What it has (gpu.device_scene.features), whatever its state, looked for once."""
@@ -38,6 +41,13 @@ def build(ref: SceneRef, scene: Scene, device: wp.Device) -> LoadedScene:
     """Put a scene on the device; its lights are traced when the first renderer wants them."""
     device_scene = DeviceScene(scene, str(device))
     return LoadedScene(ref, scene, device_scene, LightSets(device_scene), scene)
+
+
+def with_kernels(loaded: LoadedScene, late: LateKernels | None) -> LoadedScene:
+    """A scene without edits, for other renderers: by general kernels while its own are `late`, else by those."""
+    device_scene = loaded.device_scene.generalised(general=late is not None)
+    return replace(loaded, device_scene=device_scene, light_sets=LightSets(device_scene), number=new_number(),
+                   late=late)  # fmt: skip
 
 
 def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = None) -> LoadedScene:

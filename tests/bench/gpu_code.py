@@ -1,5 +1,7 @@
 """What a GPU's compiler makes of a frame's kernels: `python -m tests.bench.gpu_code SCENE METHOD`. It needs no GPU.
 
+With `general` behind them, of general kernels, which stand in for the scene's own while those are compiled.
+
 A line for each kernel, as its module is compiled: registers and bytes of stack a thread, bytes of code, and the seconds
 that the module took here. Where a change makes a kernel compile for minutes, take more than 128 registers or a stack
 that it had not, frames are slower: that is known before anybody has timed them.
@@ -103,11 +105,10 @@ def compiled(module: wp.Module, architecture: int = HOPPER) -> list[KernelCode]:
 
 
 def main(arguments: list[str]) -> None:
-    scene, method = arguments
+    scene, method, *which = arguments
     settings = RenderSettings(method=Method(method))
-    for module in dict.fromkeys(
-        kernel.module for kernel in frame_kernels(DeviceScene(load_scene(scene), "cpu"), settings)
-    ):
+    device_scene = DeviceScene(load_scene(scene), "cpu").generalised(general=which == ["general"])
+    for module in dict.fromkeys(kernel.module for kernel in frame_kernels(device_scene, settings)):
         began = perf_counter()
         kernels = compiled(module)
         seconds = round(perf_counter() - began, 1)

@@ -1,10 +1,13 @@
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 import warp as wp
-from scenes import box, grey, resident_of
+from scenes import box, grey, quad, resident_of
 
+import gpu.warm_up as module
 from gpu.core import device as launches
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
@@ -13,8 +16,9 @@ from gpu.film.accumulation import Accumulation
 from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.types import Environment
 from gpu.settings import RenderSettings
-from gpu.warm_up import frame_kernels, warm_up
+from gpu.warm_up import frame_kernels, warm_up, warm_up_soon
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
@@ -53,3 +57,44 @@ def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
     features = scene_features(device_scene.scene, lambertian=False)
     kernels = frame_kernels(device_scene, SETTINGS)
     assert {direct_light_kernel(features, learnt) for learnt in (False, True)} <= kernels
+
+
+def test_general_kernels_of_one_scene_are_those_of_all() -> None:
+    """So those that were compiled for some scenes stand in for the own ones of any other."""
+    glass, sky = replace(grey(0.5), transmission=1.0, roughness=0.0), Environment("sky", np.ones((2, 4, 3), np.float32))
+    pane = quad((-0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), 1)
+    rich = resident_of([*box(), pane], [grey(0.5, emission=1.0), glass], sky=sky).generalised()
+    plain = resident_of(box(), [grey(0.5, emission=1.0)])
+    known, general, own = (frame_kernels(scene, SETTINGS) for scene in (rich, plain.generalised(), plain))
+    assert {kernel.key for kernel in general - known if "__locals__" in kernel.key} == set()
+    assert {kernel.key for kernel in own - known if "__locals__" in kernel.key} != set()
+
+
+@pytest.mark.parametrize(
+    ("own", "general", "beside", "stands_in"),
+    [
+        (False, True, True, True),
+        (True, True, True, False),
+        (False, False, True, False),
+        (False, True, False, False),
+    ],
+)
+def test_general_kernels_stand_in_where_they_are_compiled_and_own_ones_are_not(
+    cpu: str, monkeypatch: pytest.MonkeyPatch, *, own: bool, general: bool, beside: bool, stands_in: bool
+) -> None:
+    device_scene = DeviceScene(BUILTIN["cornell-box"](), cpu)
+    compiled = {"common", *(["own"] * own), *(["general"] * general)}
+    loaded, late = list[str](), list[str]()
+
+    def kernels(scene: DeviceScene, _: RenderSettings) -> set[str]:
+        return {"common", "general" if scene.general else "own"}
+
+    monkeypatch.setattr(module, "compiles_beside", lambda _: beside)
+    monkeypatch.setattr(module, "is_compiled", lambda kernel, *_: kernel in compiled)
+    monkeypatch.setattr(module, "imported_kernels", list)
+    monkeypatch.setattr(module, "frame_kernels", kernels)
+    monkeypatch.setattr(module, "load_kernels", lambda kernels, *_: loaded.extend(kernels))
+    monkeypatch.setattr(module, "LateKernels", lambda kernels, *_: late.extend(kernels) or "late")
+    assert warm_up_soon(device_scene, SETTINGS) == ("late" if stands_in else None)
+    assert set(loaded) == {"common", "general" if stands_in else "own"}
+    assert late == ["own"] * stands_in

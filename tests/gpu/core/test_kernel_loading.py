@@ -10,7 +10,14 @@ import warp as wp
 
 from gpu.core import kernel_loading
 from gpu.core.device import launch, launch_together
-from gpu.core.kernel_loading import compile_for, imported_kernels, load_kernels, noted_kernels
+from gpu.core.kernel_loading import (
+    LateKernels,
+    compile_for,
+    imported_kernels,
+    is_compiled,
+    load_kernels,
+    noted_kernels,
+)
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.sharing import DEVICE_SHARING
 
@@ -166,3 +173,40 @@ def test_a_launch_that_gives_nothing_away_compiles_itself(cpu: str, others: Othe
         launch(new_kernel(), 1, [out], out.device)
     assert others.turns == 0
     assert out.numpy()[0] > 0
+
+
+def test_late_kernels_are_compiled_in_threads_and_loaded_once_they_are_there(
+    monkeypatch: pytest.MonkeyPatch, cpu: str
+) -> None:
+    may_end, inner = Event(), kernel_loading._compile
+
+    def compiling(module: wp.Module, device: wp.Device, block: int) -> None:
+        may_end.wait(10.0)
+        inner(module, device, block)
+
+    monkeypatch.setattr(kernel_loading, "_compile", compiling)
+    device, kernel = wp.get_device(cpu), new_kernel()
+    late, same = LateKernels([kernel], device, 1), LateKernels([kernel], device, 1)
+    assert [one.compiled for one in (late, same)] == [False, False]
+    may_end.set()
+    while not late.compiled:
+        sleep(0.01)
+    assert is_compiled(kernel, device, 1)
+    assert not kernel.module.execs
+    for one in (late, same):
+        one.load()
+        assert (device.context, 1) in kernel.module.execs
+
+
+def test_a_late_kernel_that_cannot_be_compiled_is_said_when_it_is_to_be_loaded(
+    monkeypatch: pytest.MonkeyPatch, cpu: str
+) -> None:
+    def failing(*_: object) -> None:
+        raise RuntimeError("of a compiler")
+
+    monkeypatch.setattr(kernel_loading, "_compile", failing)
+    late = LateKernels([new_kernel()], wp.get_device(cpu), 1)
+    while not late.compiled:
+        sleep(0.01)
+    with pytest.raises(RuntimeError, match="of a compiler"):
+        late.load()

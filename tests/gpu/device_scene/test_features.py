@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, scene_of
 
-from gpu.device_scene.features import EVERYTHING, SceneFeatures, scene_features
+from gpu.device_scene.features import EVERYTHING, SceneFeatures, features_of_any, scene_features
 from gpu.scene.types import AlphaMode, Environment, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 
@@ -129,3 +129,9 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
     scene = scene_of(box(), [replace(glass, specular=0.0)], textures=[texture])
     features = scene_features(scene, lambertian=False)
     assert features.frosted == features.lobes == frosted
+
+
+def test_general_kernels_know_what_lights_there_are() -> None:
+    dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
+    assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False)
+    assert features_of_any(EVERYTHING) == EVERYTHING

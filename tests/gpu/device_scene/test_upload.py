@@ -158,3 +158,17 @@ def test_what_moves_shares_triangles_and_takes_no_others() -> None:
     assert np.array_equal(base.data.triangles.numpy(), base.scene.triangles)
     turned = base.edited(replace(base.scene, normals=-base.scene.normals))
     assert np.array_equal(turned.data.normals.numpy(), -base.data.normals.numpy())
+
+
+def test_a_general_scene_is_the_same_in_the_same_arrays_and_so_are_edits_of_it() -> None:
+    own = resident_of([FLOOR, WALL], [grey(0.5), grey(0.5)])
+    general = own.generalised()
+    assert general.data is own.data
+    assert own.features(lambertian=False) != general.features(lambertian=False)
+    assert own.features(lambertian=True) == general.features(lambertian=True)
+    assert [it.view(lambertian=False).alpha for it in (own, general)] == [False, True]
+    for material in (grey(0.2), Material(transmission=1.0, roughness=0.0)):  # in the same triangles, and in others
+        changed = replace(own.scene, materials=(material, own.scene.materials[1]))
+        assert [it.edited(changed).general for it in (own, general)] == [False, True]
+        assert not own.can_become(general.edited(changed))
+    assert not general.generalised(general=False).general

@@ -2,21 +2,25 @@ import gc
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 import warp as wp
+from guards import guarded
 from scenes import box, grey, quad, resident_of
 
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
+from gpu.film.accumulation import Accumulation
+from gpu.methods import passes
 from gpu.methods.registry import METHODS, method_of
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.camera import look_at
-from gpu.scene.types import Light, LightKind, Material
-from gpu.settings import Method, RenderSettings
+from gpu.scene.types import Floats, Light, LightKind, Material
+from gpu.settings import Component, Method, RenderSettings
 from gpu.vpl.light_sets import LightSets
 
 CAMERA = look_at((0.0, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
+NEXT = look_at((0.01, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
 POLISHED = replace(grey(0.5), metallic=1.0, roughness=0.0)
 PICTURE_BYTES = 3  # a pixel, of the copy on the host
 FUZZY = {"vpls": 1500, "samples": 1}
@@ -72,6 +76,39 @@ def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, 
     check_memory(room, choice)
 
 
+def frames(room: DeviceScene, settings: RenderSettings) -> list[Floats]:
+    """A walk's frames, and then means of a still view's, the last of which refine."""
+    size = (24, 18)
+    renderer, mean = Renderer(room, size, settings), Accumulation(size[0] * size[1], room.device)
+    pictures = [renderer.render(camera, walks=True).radiance() for camera in (CAMERA, NEXT)]
+    return pictures + [renderer.render(NEXT, mean).radiance() for _ in range(3)]
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [
+        *({"method": method} for method in Method),
+        {"component": Component.DIRECT},
+        {"component": Component.INDIRECT},
+        {"lambertian": True},
+    ],
+)
+def test_general_kernels_show_what_a_scenes_own_show(
+    room: DeviceScene, choice: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {"sp_clusters": 40, "vpls": 300, "vpl_clusters": 30, "samples": 1, "photons": 2000, "gather_rays": 16}
+    settings = RenderSettings.model_validate({**few, "caustic_photons": 200, **choice})
+    monkeypatch.setattr(passes, "STILL_VIEW_PARAMETERS", replace(passes.STILL_VIEW_PARAMETERS, smoothed_frames=2))
+    # Where surfaces may be glossy, photon-gather reads directions of what it gathers.
+    tolerance = 0.05 if settings.method is Method.PHOTON_GATHER else 1e-4
+    with guarded(str(room.device)) as arrays:
+        pictures = frames(room.generalised(), settings)
+    assert arrays.broken == []
+    for own, general in zip(frames(room, settings), pictures, strict=True):
+        assert own.mean() > 0.0
+        assert np.sqrt(np.mean((general - own) ** 2)) < tolerance * own.mean()
+
+
 def test_a_viewer_takes_less_where_there_is_no_soft_light(room_of_a_bulb: DeviceScene) -> None:
     check_memory(room_of_a_bulb, {"sp_clusters": 400, "vpl_clusters": 64})
 
@@ -93,7 +130,7 @@ def bytes_of_room(floor: Material, settings: RenderSettings) -> tuple[int, int]:
     before = held()
     renderer = Renderer(room, size, settings, None, lights)
     view = renderer.new_view()
-    method, has = method_of(settings), scene_features(room.scene, lambertian=False)
+    method, has = method_of(settings), room.features(lambertian=False)
     caustics = method.caustic_bytes(has, sample_counts_of(settings, room.device))
     return held() - before, sum(method.bytes_a_pixel(has)) * view.pixels + caustics
 
@@ -112,7 +149,7 @@ def check_memory(room: DeviceScene, choice: dict[str, Any]) -> None:
     renderer.render(CAMERA, view=second)
     method, counts = method_of(settings), sample_counts_of(settings, room.device)
     shared, view = method.cluster_bytes(counts)
-    a_pixel, a_view_pixel = method.bytes_a_pixel(scene_features(room.scene, lambertian=settings.lambertian))
+    a_pixel, a_view_pixel = method.bytes_a_pixel(room.features(lambertian=settings.lambertian))
     view += a_view_pixel * pixels
     assert held() - both == pytest.approx(view, rel=0.1)
     told = a_pixel * pixels + PICTURE_BYTES * pixels + shared + view

@@ -51,6 +51,17 @@ def test_scenes_are_warmed_for_gpus_that_are_not_here(
     assert capsys.readouterr().out.startswith("cornell-box: ")
 
 
+@pytest.mark.parametrize(("where", "how"), [("--device=cpu", "warm_up"), ("--architecture=90", "warm_up_for")])
+def test_general_kernels_are_compiled_where_that_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, where: str, how: str
+) -> None:
+    found: list[bool] = []
+    monkeypatch.setattr(warm, how, lambda *given: found.append(given[-2].general))
+    for wanted in ([], ["--general"]):
+        assert main(["warm", "cornell-box", where, *wanted]) == 0
+    assert found == [False, False, True]
+
+
 @pytest.mark.parametrize(
     "arguments",
     [["missing.glb"], ["cornell-box", "--device=cuda:99"], ["--method=none"], ["cornell-box", "--architecture=91"]],

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
+from unittest.mock import create_autospec
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from harness import IDENTITY, run
 from PIL import Image
 
 import server.worker.backend
+from gpu.core.kernel_loading import LateKernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
@@ -272,11 +274,46 @@ def test_a_scene_for_which_there_is_too_little_memory_is_refused(
 
 def test_a_scene_is_warmed_before_it_is_shown(backend: GpuBackend, monkeypatch: pytest.MonkeyPatch) -> None:
     warmed: list[DeviceScene] = []
-    monkeypatch.setattr("server.worker.backend.warm_up", lambda scene, _: warmed.append(scene))
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda scene, _: warmed.append(scene))
     backend.close(TWIN)
     for _ in range(2):
         backend.open(TWIN, silent)
     assert warmed == [backend._scenes[TWIN].device_scene]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_scene_is_shown_by_general_kernels_until_its_own_are_there(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch, *, fails: bool
+) -> None:
+    late = create_autospec(LateKernels, instance=True, compiled=False)
+    late.load.side_effect = RuntimeError("of a compiler") if fails else None
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: late)
+    backend.close(TWIN)
+    settings = SETTINGS.model_copy(update={"component": Component.DIRECT})
+    walk = replace(job(scene=TWIN, settings=settings, output=".npy"), walks=True)
+    dimmed = replace(walk, viewer=3, edits=SceneEdits(lights={"light": LightEdit(intensity=0.25)}))
+
+    def pictures(sample: int) -> list[Floats]:
+        """Of a walk, of a view that rests, and of a walk with edits."""
+        shown = [
+            backend.render(it, silent) for it in (walk, replace(walk, viewer=2, walks=False, sample=sample), dimmed)
+        ]
+        assert shown[1].samples == sample + 1
+        return [it.radiance for it in shown if it.radiance is not None]
+
+    def states() -> set[int]:
+        return {key.state for key in backend._renderers._entries if key.scene == TWIN}
+
+    before, made = pictures(0), states()
+    assert backend._scenes[TWIN].device_scene.general
+    late.compiled = True
+    for one, other in zip(before, pictures(1), strict=True):
+        assert one.mean() > 0.0
+        assert other.mean() == pytest.approx(one.mean(), rel=0.1)
+    assert (backend._scenes[TWIN].device_scene.general, late.load.call_count) == (fails, 1)
+    assert len(states()) == len(made) == 2
+    assert states().isdisjoint(made) != fails
+    backend.close(TWIN)
 
 
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
