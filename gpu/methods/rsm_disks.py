@@ -14,8 +14,8 @@ from gpu.methods.rsm_lights import RsmLights, by_rays
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
 
-# Device memory that a pixel of a map takes with its part of radiosity, and a cluster that a viewer's walk keeps.
-MAP_PIXEL_BYTES, CLUSTER_BYTES = 436, 52
+# Device memory that a pixel of a map takes with its part of radiosity, and a seed that a viewer's walk keeps.
+MAP_PIXEL_BYTES, SEED_BYTES = 436, 8
 
 
 class RsmDisks(FuzzyVpl):
@@ -31,7 +31,7 @@ class RsmDisks(FuzzyVpl):
         """As `fuzzy-vpl`, and as many maps as a scene may have."""
         shared, view = FuzzyVpl.cluster_bytes(sample_counts)
         maps = SHADOW_MAP_PARAMETERS.most_maps * sample_counts.shadow_map**2
-        return shared + MAP_PIXEL_BYTES * maps, view + CLUSTER_BYTES * sample_counts.vpl_clusters
+        return shared + MAP_PIXEL_BYTES * maps, view + SEED_BYTES * sample_counts.vpl_clusters
 
     @staticmethod
     def reads_radiosity(settings: RenderSettings) -> bool:
@@ -49,7 +49,7 @@ class RsmDisks(FuzzyVpl):
         """As `fuzzy-vpl`, and the maps' pixels with light, and clusters without members."""
         super().count(view)
         if self.lights.has_indirect:
-            self._map_counter.run([(self.lights.lit(), 0)], [(self.lights.clusters_of(view).members, 0)])
+            self._map_counter.run([(self.lights.lit(), 0)], [(self.lights.clustering.clusters.members, 0)])
 
     def statistics(self, view: FuzzyViewState) -> FrameStatistics:
         """Those of `fuzzy-vpl`; vpls: pixels with light; vpl_clusters: those with members."""

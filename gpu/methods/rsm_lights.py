@@ -23,7 +23,7 @@ from gpu.vpl.build import no_clusters
 from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.polygon_light import Polygons, allocate_polygons, fit_polygons
 from gpu.vpl.radiosity_cache import RadiosityBuilder
-from gpu.vpl.shadow_map_clusters import MapClusters, ShadowMapClustering
+from gpu.vpl.shadow_map_clusters import KeptSeeds, ShadowMapClustering
 
 
 def by_rays(settings: RenderSettings) -> bool:
@@ -42,7 +42,7 @@ class RsmLights(ClusteredLights):
         super().__init__(setup, frame)
         settings, counts, table = setup.settings, setup.sample_counts, setup.light_sets.table
         self.vpls, self.cache = no_clusters(), None
-        self._kept_clusters: WeakKeyDictionary[FuzzyViewState, MapClusters] = WeakKeyDictionary()
+        self._kept_seeds: WeakKeyDictionary[FuzzyViewState, KeptSeeds] = WeakKeyDictionary()
         self.has_indirect = settings.component is not Component.DIRECT and table.count > 0
         self._polygons: Polygons | None = None
         self.has_near = self.has_indirect and settings.near_field and by_rays(settings)
@@ -84,22 +84,22 @@ class RsmLights(ClusteredLights):
         self._version = sets.version
         return True
 
-    def clusters_of(self, view: FuzzyViewState) -> MapClusters:
-        """The clusters that a view's walk keeps; at first none has members."""
-        if view not in self._kept_clusters:
-            self._kept_clusters[view] = self.clustering.new_clusters()
-        return self._kept_clusters[view]
+    def seeds_of(self, view: FuzzyViewState) -> KeptSeeds:
+        """Where clusters of a view's walk start."""
+        if view not in self._kept_seeds:
+            self._kept_seeds[view] = self.clustering.new_seeds()
+        return self._kept_seeds[view]
 
     def lit(self) -> wp.array:
         """How many pixels of the maps have light, (1,)."""
         return self.vpls.starts[self.vpls.count :]
 
     def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
-        """Trace the maps, and cluster them by one round over what the walk's last frame left.
+        """Trace the maps, and cluster them by one round from the seeds that the walk's last frame had, mostly.
 
         Frames of a walk have the same rays, so that clusters change as lights do; those of a still view have their own.
         """
-        setup, frame, pixels, clusters = self._setup, self._frame, self._pixels, self.clusters_of(view)
+        setup, frame, pixels, seeds = self._setup, self._frame, self._pixels, self.seeds_of(view)
         settings, table = setup.settings, setup.light_sets.table
         seed = frame_seed(settings.seed, kind.sample)
         begins = not self.reuses_clusters(view, self.known_to(view), kind)
@@ -110,7 +110,7 @@ class RsmLights(ClusteredLights):
         def cluster() -> None:
             self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)
             self._warp.run(self.clustering.seeds)
-            self.clustering.run(pixels, clusters, begins=begins)
+            self.clustering.run(pixels, seeds, begins=begins)
 
         def make_lights() -> None:
             self._lights.run(pixels, self.clustering.groups, self.clustering.medoids)

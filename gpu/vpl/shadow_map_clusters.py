@@ -1,9 +1,12 @@
-"""Clusters of the VPLs of reflective shadow maps, kept from frame to frame: Algorithm 1 of the 2012 paper.
+"""Clusters of the VPLs of reflective shadow maps, whose seeds are kept from frame to frame: Algorithm 1 of the 2012
+paper.
 
-One round a frame: clusters of the frame before, of which those that lost all members start again where VPLs matter,
-take the VPLs that are most like them by Eq. 1, and move to their means. The paper looks for them in cells of one map
-about a VPL's own, which finds those that are near where that map is of a light without extent. Maps of several lights,
-and of wide ones, show one place at many pixels: all clusters are looked at here.
+One round a frame: clusters start at their seeds, take the VPLs that are most like them by Eq. 1, and move to their
+means. The paper starts a frame with the means of the one before, which settle round after round and come after a light
+that moves. Seeds are pixels, which go along with their light; each is chosen anew once in a while, where VPLs matter by
+then. The paper looks for clusters in cells of one map about a VPL's own, which finds those that are near where that map
+is of a light without extent. Maps of several lights, and of wide ones, show one place at many pixels: all clusters are
+looked at here.
 """
 
 from dataclasses import dataclass
@@ -24,11 +27,12 @@ from gpu.lights.light_paths import Vpls, surface_key_kernel
 @wp.struct
 @dataclass
 class ShadowMapClusterParameters:
-    """The weights of Eq. 1, w_d per unit space squared, w_n and w_Φ."""
+    """The weights of Eq. 1, w_d per unit space squared, w_n and w_Φ; frames: that a seed is kept for."""
 
     distance: float = 100.0
     normal: float = 10.0
     flux: float = 1.0
+    frames: int = 32
 
 
 SHADOW_MAP_CLUSTER_PARAMETERS: ShadowMapClusterParameters = parameters(ShadowMapClusterParameters)
@@ -44,11 +48,19 @@ class Traits:
 
 
 @wp.struct
+class KeptSeeds:
+    """Where clusters of a viewer's walk start: pixels (cluster,); ages (cluster,): for how many frames they did."""
+
+    pixels: wp.array[int]
+    ages: wp.array[int]
+
+
+@wp.struct
 class MapClusters:
-    """Clusters of a viewer's frame in Morton's order of their places.
+    """Clusters of a frame in Morton's order of their places.
 
     traits (3 · cluster,): flux-weighted means of members' Traits, side by side as a search reads them; members
-    (cluster,): how many there are, 0 for one that is to start again.
+    (cluster,): how many there are.
     """
 
     traits: wp.array[wp.vec4]
@@ -98,18 +110,22 @@ def difference(chosen: ShadowMapClusterParameters, one: Traits, other: Traits) -
 
 
 @wp.kernel
-def start_clusters_kernel(first: int, vpls: Vpls, seeds: wp.array[int], begins: bool, clusters: MapClusters,
+def start_clusters_kernel(first: int, vpls: Vpls, seeds: wp.array[int], begins: bool, frames: int, kept: KeptSeeds,
                           started: MapClusters, keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a cluster: what it starts the round with: the VPL of its seed if it has no members or all are to begin
-    anew, else what it is.
+    """One thread a cluster: starts it at its seed, which is kept unless it is dark now, old, or all are to begin anew.
 
-    keys (cluster,): its place in Morton's order.
+    Those that begin have ages that are spread evenly; keys (cluster,): its place in Morton's order.
     """
     cluster = first + wp.tid()
-    traits = traits_at(clusters, cluster)
     seed = seeds[cluster]
-    if seed >= 0 and (begins or clusters.members[cluster] == 0):
-        traits = traits_of(vpls, seed)
+    age = kept.ages[cluster] + 1
+    if begins:
+        age = cluster % frames
+    if seed >= 0 and (begins or age >= frames or brightness(vpls.flux[kept.pixels[cluster]]) <= 0.0):
+        kept.pixels[cluster] = seed
+        age = wp.where(begins, age, 0)
+    kept.ages[cluster] = age
+    traits = traits_of(vpls, kept.pixels[cluster])
     set_traits(started, cluster, traits)
     keys[cluster] = morton_key(traits.position, traits.normal)
 
@@ -148,7 +164,7 @@ def assign_to_clusters_kernel(first: int, vpls: Vpls, clusters: MapClusters, cho
 @wp.kernel
 def move_clusters_kernel(first: int, vpls: Vpls, items: wp.array[int], starts: wp.array[int], lanes: int,
                          clusters: MapClusters) -> None:  # fmt: skip
-    """`lanes` threads a cluster: moves it to its members' means by flux; one without members stays where it is.
+    """`lanes` threads a cluster: moves it to its members' means by flux; one without members stays at its seed.
 
     items, starts: members of each.
     """
@@ -209,8 +225,9 @@ class ShadowMapClustering:
     """Rounds of clustering of up to `capacity` pixels of maps into `count` clusters; what it works with is allocated
     once.
 
-    After `run`: `groups` has each cluster's members, neighbours on a surface side by side, and `medoids` (cluster,)
-    those that represent them, −1 for none. seeds (cluster,): the pixels where clusters start, which the caller writes.
+    After `run`: `clusters`, `groups` has each one's members, neighbours on a surface side by side, and `medoids`
+    (cluster,) those that represent them, −1 for none. seeds (cluster,): the pixels where clusters would start if all
+    began anew, which the caller writes.
     """
 
     def __init__(self, capacity: int, count: int, device: wp.Device,
@@ -219,20 +236,24 @@ class ShadowMapClustering:
         self.groups = Groups(capacity, count, device)
         self.seeds = wp.zeros(count, dtype=int, device=device)
         self.medoids = wp.zeros(count, dtype=int, device=device)
-        self._started = self.new_clusters()
+        self.clusters, self._started = self._new_clusters(), self._new_clusters()
         self._keys, self._order = (wp.zeros(2 * count, dtype=int, device=device) for _ in range(2))
         self._pixel_keys, self._pixels = (wp.zeros(2 * capacity, dtype=int, device=device) for _ in range(2))
 
-    def new_clusters(self) -> MapClusters:
-        """Clusters of a viewer that has none yet."""
+    def new_seeds(self) -> KeptSeeds:
+        """Seeds of a viewer that has none yet."""
+        seeds: KeptSeeds = allocate(KeptSeeds, self.count, self.device)
+        return seeds
+
+    def _new_clusters(self) -> MapClusters:
         clusters: MapClusters = allocate(MapClusters, self.count, self.device)
         clusters.traits = wp.zeros(3 * self.count, dtype=wp.vec4, device=self.device)
         return clusters
 
-    def run(self, vpls: Vpls, clusters: MapClusters, *, begins: bool) -> None:
-        """One round of `clusters` over `vpls`, a pixel each; begins: all start anew."""
-        groups, chosen, device = self.groups, self.chosen, self.device
-        inputs = [vpls, self.seeds, begins, clusters, self._started, self._keys]
+    def run(self, vpls: Vpls, kept: KeptSeeds, *, begins: bool) -> None:
+        """One round over `vpls`, a pixel each, from the seeds that are `kept`; begins: all start anew."""
+        groups, chosen, device, clusters = self.groups, self.chosen, self.device, self.clusters
+        inputs = [vpls, self.seeds, begins, chosen.frames, kept, self._started, self._keys]
         launch(start_clusters_kernel, self.count, inputs, device)
         self._sort(self._keys, self._order, self.count)
         launch(order_clusters_kernel, self.count, [self._started, self._order, clusters], device)

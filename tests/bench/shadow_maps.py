@@ -3,7 +3,7 @@
 For each scene and each of the paper's three settings: times of all stages in a walk, `map-clusters` beside the paper's
 (importance and clustering), active clusters, errors against all pixels of the maps as VPLs, without shadows as in the
 paper and with them, and against path tracing. And flicker against all pixels, of clusters that are kept and of ones
-that begin anew in each frame, while the camera walks and while a bulb does.
+that begin anew in each frame, while the camera walks, while a bulb does, and while both do.
 """
 
 from collections.abc import Callable, Iterator
@@ -38,6 +38,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "with_shadows": {"near_field": False},
     "without_shadows": {"near_field": False, "indirect_shadows": False},
 }
+MOVES = "camera", "bulb", "both"
 BULB_STEP = 0.01  # of the scene's extent, a frame
 
 
@@ -92,20 +93,18 @@ def set_bulb(light_sets: LightSets, light: Light) -> None:
     light_sets.table.lights.assign(lights.astype(LightData.numpy_dtype()))
 
 
-def frames_of(suite: Suite, subject: Subject, *, moves: bool) -> tuple[LightSets, list[tuple[Camera, Light]], Subject]:
-    """A walk of the camera, or of a bulb while the camera rests, in the subject's scene with a bulb in it."""
+def frames_of(suite: Suite, subject: Subject, moves: str) -> tuple[LightSets, list[tuple[Camera, Light]], Subject]:
+    """A walk of the camera, of a bulb, or of both (MOVES), in the subject's scene with a bulb in it."""
     scene, number = subject.device_scene.scene, QUICK_FRAMES if suite.quick else FRAMES
     bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.0, 0.1, 0.0))
     device = str(subject.device_scene.device)
     lit = Subject(subject.name, scene, FLICKER_SIZE, device, None, suite.cache, 1)
     lit.device_scene = DeviceScene(replace(scene, lights=[*scene.lights, bulb]), device)
     extent = 1.0 / scene.placement.scale
-    if not moves:
-        path = [(camera, bulb) for camera in walk(subject.camera, extent, number)]
-    else:
-        places = [(BULB_STEP * step, 0.1, 0.0) for step in range(number)]
-        path = [(subject.camera, replace(bulb, position=place)) for place in places]
-    return LightSets(lit.device_scene), path, lit
+    cameras = walk(subject.camera, extent, number) if moves != "bulb" else [subject.camera] * number
+    steps = range(number) if moves != "camera" else [0] * number
+    bulbs = [replace(bulb, position=(BULB_STEP * step, 0.1, 0.0)) for step in steps]
+    return LightSets(lit.device_scene), [*zip(cameras, bulbs, strict=True)], lit
 
 
 def pictures(
@@ -117,18 +116,18 @@ def pictures(
         yield render(camera).copy()
 
 
-def measure_flicker(suite: Suite, name: str, *, moves: bool, shadows: bool) -> Row:
+def measure_flicker(suite: Suite, name: str, moves: str, *, shadows: bool) -> Row:
     """Flicker against all pixels, of kept clusters and of ones that begin anew.
 
     Without shadows it is that of the maps' clusters alone; with them SP clusters, kept or anew, too, have theirs.
     """
-    light_sets, path, lit = frames_of(suite, suite.subject(name), moves=moves)
+    light_sets, path, lit = frames_of(suite, suite.subject(name), moves)
     clusters, side, _ = PAPER[1]
     skip = Skips(unchanged_camera=False)
     settings = settings_of(suite, clusters, side, skip=skip, indirect_shadows=shadows, near_field=False)
     truth = np.stack([*pictures(light_sets, path, AllPixels(lit, settings, light_sets).render)])
     row: Row = {"scene": name, "size": list(lit.size), "frames": len(path)}
-    row |= {"moves": "bulb" if moves else "camera", "shadows": shadows}
+    row |= {"moves": moves, "shadows": shadows}
     for what, kept in (("kept", True), ("anew", False)):
         choice = settings.model_copy(update={"skip": skip.model_copy(update={"kept_clusters": kept})})
         renderer = Renderer(lit.device_scene, lit.size, choice, light_sets=light_sets)
@@ -148,8 +147,7 @@ def run(suite: Suite) -> None:
         ]
         others = [method for method in Method if method not in (Method.RSM_DISKS, Method.PATH)]
         tasks += [Task(f"{label} {method}", partial(measure_other, suite, name, method)) for method in others]
-        for moves, shadows in product((False, True), repeat=2):
-            what = f"{'bulb' if moves else 'camera'}{' with shadows' if shadows else ''}"
-            measure = partial(measure_flicker, suite, name, moves=moves, shadows=shadows)
-            tasks.append(Task(f"{label} flicker, {what}", measure))
+        for moves, shadows in product(MOVES, (False, True)):
+            measure = partial(measure_flicker, suite, name, moves, shadows=shadows)
+            tasks.append(Task(f"{label} flicker, {moves}{' with shadows' if shadows else ''}", measure))
     suite.run("shadow_maps", tasks)

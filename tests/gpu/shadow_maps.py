@@ -10,7 +10,7 @@ from gpu.lights.reflective_shadow_map import ShadowMaps
 from gpu.scene.types import Doubles, Ints
 from gpu.vpl.shadow_map_clusters import (
     SHADOW_MAP_CLUSTER_PARAMETERS,
-    MapClusters,
+    KeptSeeds,
     ShadowMapClustering,
     ShadowMapClusterParameters,
 )
@@ -52,17 +52,17 @@ def folded_floor(maps: ShadowMaps, bumps: float = 0.0) -> Vpls:
 
 def clustered(
     maps: ShadowMaps, vpls: Vpls, seeds: Ints, chosen: ShadowMapClusterParameters = SHADOW_MAP_CLUSTER_PARAMETERS
-) -> tuple[ShadowMapClustering, MapClusters]:
+) -> tuple[ShadowMapClustering, KeptSeeds]:
     """One round of clusters that begin at `seeds`."""
     clustering = ShadowMapClustering(maps.count * SIDE**2, len(seeds), CPU, chosen)
-    clusters = clustering.new_clusters()
-    again(clustering, clusters, vpls, seeds, begins=True)
-    return clustering, clusters
+    kept = clustering.new_seeds()
+    again(clustering, kept, vpls, seeds, begins=True)
+    return clustering, kept
 
 
-def again(clustering: ShadowMapClustering, clusters: MapClusters, vpls: Vpls, seeds: Ints, *, begins: bool) -> None:
+def again(clustering: ShadowMapClustering, kept: KeptSeeds, vpls: Vpls, seeds: Ints, *, begins: bool) -> None:
     clustering.seeds.assign(seeds.astype(np.int32))
-    clustering.run(vpls, clusters, begins=begins)
+    clustering.run(vpls, kept, begins=begins)
 
 
 def owners(clustering: ShadowMapClustering) -> Ints:

@@ -74,4 +74,4 @@ def test_memory_is_told_of_as_many_maps_as_there_may_be() -> None:
     (shared, view), (fuzzy, fuzzy_view) = RsmDisks.cluster_bytes(counts), FuzzyVpl.cluster_bytes(counts)
     vpls = 16 * 128 * 128
     assert 400 * vpls < shared - fuzzy < 450 * vpls  # 426 of one map beside arrays of other sizes
-    assert view - fuzzy_view == 52 * counts.vpl_clusters
+    assert view - fuzzy_view == 8 * counts.vpl_clusters
