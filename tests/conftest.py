@@ -45,7 +45,7 @@ LONGEST = (
 )
 
 
-# Objects more than before, at which Python looks for garbage that refers to itself; at 700 that takes a tenth of all time.
+# New objects after which Python looks for garbage that refers to itself: after 700, that takes a tenth of all time.
 gc.set_threshold(10_000)
 
 
