@@ -16,7 +16,7 @@ from gpu.film.accumulation import Accumulation
 from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
-from gpu.scene.types import Environment
+from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
 from gpu.warm_up import frame_kernels, warm_up, warm_up_soon
 
@@ -57,6 +57,11 @@ def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
     features = scene_features(device_scene.scene, lambertian=False)
     kernels = frame_kernels(device_scene, SETTINGS)
     assert {direct_light_kernel(features, learnt) for learnt in (False, True)} <= kernels
+
+
+def test_a_scene_that_sends_no_light_on_has_kernels() -> None:
+    unlit = resident_of(box(), [replace(grey(0.5), unlit=True)], sky=Sky((1.0, 1.0, 1.0)))
+    assert len(frame_kernels(unlit, SETTINGS)) > 20
 
 
 def test_general_kernels_of_one_scene_are_those_of_all() -> None:
