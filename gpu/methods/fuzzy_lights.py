@@ -78,7 +78,7 @@ class FuzzyLights(ClusteredLights):
         return 0 if self._fixed else sample // frames_a_set(self._setup.sample_counts.vpls)
 
     def convergence(self, kind: FrameKind) -> Convergence | None:
-        """As for other lights; bounds are read from the first set, which lights none of these frames, and may be empty."""
+        """As for other lights; bounds are read from the first set, which lights none of these and may be empty."""
         settings = self._setup.settings
         if not (kind.refines and self.has_near and self.corrects and self._first.count > 0):
             return None
