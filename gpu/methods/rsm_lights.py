@@ -98,11 +98,13 @@ class RsmLights(ClusteredLights):
         """Trace the maps, and cluster them by one round from the seeds that the walk's last frame had, mostly.
 
         Frames of a walk have the same rays, so that clusters change as lights do; those of a still view have their own.
+        Where an edit has changed lights, seeds are chosen by these alone.
         """
         setup, frame, pixels, seeds = self._setup, self._frame, self._pixels, self.seeds_of(view)
         settings, table = setup.settings, setup.light_sets.table
         seed = frame_seed(settings.seed, kind.sample)
-        begins = not self.reuses_clusters(view, self.known_to(view), kind)
+        kept = self.known_to(view)
+        begins = kept.relit or not self.reuses_clusters(view, kept, kind)
 
         def trace() -> None:
             trace_shadow_maps(frame.scene, table, self._maps, setup.bounces, seed, frame.features, pixels)
@@ -124,8 +126,8 @@ class RsmLights(ClusteredLights):
         stages.run("disks", make_lights, repeats=kind.captured)
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
-        """Whether the view's last frame was of the same walk and saw much the same."""
-        goes_on = kind.sample == 0 and view.reuses_history and kept.last_sample == 0
+        """Whether the view's last frame was of the same walk and saw much the same, in whatever light."""
+        goes_on = kind.sample == 0 and view.reuses_history and (kept.last_sample == 0 or kept.relit)
         return goes_on and self._setup.settings.skip.kept_clusters
 
     def trace(self, view: FuzzyViewState) -> None:

@@ -120,7 +120,7 @@ def test_a_walk_keeps_nothing_of_the_light_before_but_where_things_are(method: M
     first, second = (walked(edits, wanted) for edits in before)
     assert first == second
     alone = Renderer(base.edited(edited(base.scene, wanted)), SIZE, options).render(rotated(CAMERA, 0.3))
-    assert (first == alone.radiance().tobytes()) == (method is Method.RSM_DISKS)
+    assert first != alone.radiance().tobytes()
 
 
 @pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.FUZZY_VPL])
