@@ -40,7 +40,9 @@ def with_path_light(lit: Scene, filed: Scene, chosen: PathLightParameters = PATH
     now, before = _colors(lit), _colors(filed)
     if np.array_equal(now, before):
         return lit
-    power = _power_of_white(filed)
+    surfaces = slice(len(filed.materials))
+    new_lamps = now[surfaces].any(axis=1) & ~before[surfaces].any(axis=1)
+    power = _power_of_white(filed, filed.material_areas if new_lamps.any() else filed.light_areas)
     drawn = before
     if _efficiency(power * now.mean(axis=1), power * before.mean(axis=1)) < chosen.least_efficiency:
         drawn = _rounded(now, before, chosen.step)
@@ -119,13 +121,13 @@ def _colors(scene: Scene) -> Doubles:
     return np.array([black if part is None or getattr(part, "unlit", False) else _color(part) for part in parts])
 
 
-def _power_of_white(scene: Scene) -> Doubles:
-    """About the power (part,) that each part has for each unit of its colour, in unit space."""
+def _power_of_white(scene: Scene, areas: Doubles) -> Doubles:
+    """About the power (part,) that each part has for each unit of its colour, in unit space; areas (material,)."""
     sides = [2.0 if material.double_sided else 1.0 for material in scene.materials]
     sky = 2.0 * np.pi**2 * _SPHERE
     if isinstance(scene.sky, Environment):
         sky *= 2.0 * float(scene.sky.pixels[::_EVERY, ::_EVERY].mean(dtype=np.float64))
-    return np.concatenate([np.pi * np.array(sides) * scene.material_areas, [sky], [_power(it) for it in scene.lights]])
+    return np.concatenate([np.pi * np.array(sides) * areas, [sky], [_power(it) for it in scene.lights]])
 
 
 def _power(light: Light) -> float:

@@ -294,11 +294,21 @@ class Scene:
     @cached_property
     def material_areas(self) -> Doubles:
         """Of all triangles of each material, (material,), in unit space."""
-        a, b, c = (self.vertices.take(self.triangles[:, corner], axis=0).astype(np.float64) for corner in range(3))
+        return self._areas_of(slice(None))
+
+    @cached_property
+    def light_areas(self) -> Doubles:
+        """As `material_areas`, of materials that emit; 0 of others, which are most of a scene."""
+        emits = np.array([material.emits for material in self.materials])
+        return self._areas_of(np.flatnonzero(emits[self.triangle_material]))
+
+    def _areas_of(self, chosen: Integers | slice) -> Doubles:
+        triangles, materials = self.triangles[chosen], self.triangle_material[chosen]
+        a, b, c = (self.vertices.take(triangles[:, corner], axis=0).astype(np.float64) for corner in range(3))
         e, f = b - a, c - a
         ee, ff, ef = (np.einsum("tk,tk->t", *pair) for pair in ((e, e), (f, f), (e, f)))
         areas = np.sqrt(np.maximum(ee * ff - ef * ef, 0.0)) / 2.0
-        return np.bincount(self.triangle_material, areas, len(self.materials)).astype(np.float64)
+        return np.bincount(materials, areas, len(self.materials)).astype(np.float64)
 
     @cached_property
     def material_triangles(self) -> Ints:

@@ -88,3 +88,10 @@ def test_a_picture_around_the_scene_is_drawn_as_its_file_says(scene: Scene) -> N
 
 def test_areas_of_materials_are_those_of_their_triangles(scene: Scene) -> None:
     assert scene.material_areas == pytest.approx([6.0, 0.16])
+    assert scene.light_areas.tolist() == [0.0, scene.material_areas[1]]
+
+
+def test_a_light_is_dimmed_without_a_look_at_what_does_not_shine(scene: Scene) -> None:
+    fresh = replace(scene)
+    assert with_lights(fresh, lamp=LightEdit(intensity=0.5)).materials[1].path_color is not None
+    assert {"light_areas"} == {"light_areas", "material_areas"} & fresh.__dict__.keys()
