@@ -17,7 +17,7 @@ from gpu.scene.types import Floats
 from gpu.settings import Component, RenderSettings
 from tests.bench.figures import spread
 from tests.bench.pictures import displayed
-from tests.bench.still import tile_change, trace_spread
+from tests.bench.still import tile_changes, trace_spread
 from tests.bench.store import Row, Task
 from tests.bench.subjects import Subject
 from tests.bench.suite import Suite
@@ -52,6 +52,16 @@ def save_pictures(path: Path, pictures: list[Floats]) -> None:
     Image.fromarray(displayed(np.concatenate(pictures, axis=1), 3.0 * float(pictures[-1].mean()))).save(path)
 
 
+def changes_at_rest(last: Floats, rests: Floats) -> Row:
+    """How much tiles of the `last` frame of a walk change as the view rests: of radiance, and as a display shows them,
+    where three times the mean is white.
+    """
+    white = 3.0 * float(rests.mean())
+    shown = displayed(last, white), displayed(rests, white)
+    changes = {"radiance": tile_changes(last, rests), "shown": tile_changes(*shown)}
+    return {name: {**spread(tiles), "worst": float(tiles.max())} for name, tiles in changes.items()}
+
+
 def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     """One scene: errors of the last frame and times of the walk with and without, and how much it changes at rest."""
     subject = suite.subject(name)
@@ -63,8 +73,8 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
         choice = settings.model_copy(update={"antialias": antialias})
         last, rests, times = measure_walk(subject, choice, frames, resting)
         pictures.append(last)
-        change = tile_change(last, rests)
-        row[label] = {**times, "errors": suite.errors(last, reference), "change_at_rest": change}
+        errors = suite.errors(last, reference)
+        row[label] = {**times, "errors": errors, "change_at_rest": changes_at_rest(last, rests)}
     save_pictures(suite.out / "edges" / f"{name}.png", [*pictures, reference])
     return row
 

@@ -35,8 +35,8 @@ def run(suite: Suite) -> None:
     suite.run("still", tasks)
 
 
-def tile_change(first: np.ndarray, picture: np.ndarray) -> float:
-    """The most that the mean of any of TILES × TILES tiles of a picture differs from that of the first, relatively.
+def tile_changes(first: np.ndarray, picture: np.ndarray) -> np.ndarray:
+    """How much the mean of each of TILES × TILES tiles of a picture differs from that of the first, relatively.
 
     Tiles that are nearly black are taken to have a hundredth of the picture's mean.
     """
@@ -46,7 +46,12 @@ def tile_change(first: np.ndarray, picture: np.ndarray) -> float:
         return np.array([[tile.mean() for tile in np.array_split(row, TILES, axis=1)] for row in rows])
 
     before = means(first)
-    return float(np.max(np.abs(means(picture) - before) / np.maximum(before, 0.01 * first.mean())))
+    return np.abs(means(picture) - before) / np.maximum(before, 0.01 * first.mean())
+
+
+def tile_change(first: np.ndarray, picture: np.ndarray) -> float:
+    """The most that any of `tile_changes` is."""
+    return float(np.max(tile_changes(first, picture)))
 
 
 def is_kept(number: int, seconds: float, following: float) -> bool:
