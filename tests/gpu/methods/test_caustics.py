@@ -34,7 +34,7 @@ def picture(scene: DeviceScene, camera: Camera, **settings: Any) -> Floats:
 def test_glass_takes_no_light_from_a_floor_in_an_even_environment(thing: str) -> None:
     """Its shadow is as dark as its caustic is bright."""
     parts = [ball()] if thing == "ball" else cube()
-    scene = resident_of([*parts, FLOOR], [GLASS, grey(0.01)], sky=EVEN)
+    scene = resident_of([*parts, FLOOR], [GLASS, grey(0.01)], sky=EVEN).generalised()
     settings = {"method": "exact-vpl", "samples": 64, "bounces": 12, "caustic_photons": 16_384, "near_field": False}
     full = picture(scene, BELOW, **settings) / 0.01
     direct = picture(scene, BELOW, component="direct", **settings) / 0.01
@@ -67,7 +67,7 @@ def test_estimates_narrow_at_rest() -> None:
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PHOTON_GATHER, Method.RSM_DISKS])
 def test_every_method_shows_caustics_and_keeps_them_while_light_does_not_change(method: Method) -> None:
-    scene = lit_glass(cube())
+    scene = lit_glass(cube()).generalised()
     few = FEW | {"method": method, "vpls": 50, "caustic_photons": 256}
     renderer = Renderer(scene, SIZE, RenderSettings.model_validate(few))
     first = renderer.render(BELOW)
