@@ -82,14 +82,15 @@ class ShadingPoints:
     """The SPs of an image of `size` (width, height), found anew each frame without leaving the device: ListedPoints.
 
     pixels (sp,): their pixels in Morton order, of which the first count[0] are valid; listed (pixel,): 1 for these,
-    else 0. stride: of the anchors of gpu.gbuffer.sparse_shading; with 1 every pixel that meets a surface has an SP.
-    before: edges of light in the frame before; thresholds: of SparseShadingParameters.
+    else 0. image: its size, as kernels take it; stride: of the anchors of gpu.gbuffer.sparse_shading; with 1 every
+    pixel that meets a surface has an SP. before: edges of light in the frame before; thresholds: of
+    SparseShadingParameters.
     """
 
     def __init__(self, size: tuple[int, int], stride: int, device: wp.Device, **thresholds: float) -> None:
         self.device, self.stride = device, stride
         self.sparse: SparseShadingParameters = parameters(SparseShadingParameters, stride=stride, **thresholds)
-        self._image = image_size(size)
+        self.image = image_size(size)
         self.capacity = size[0] * size[1]
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.array(np.arange(self.capacity), dtype=int, device=device)
@@ -124,7 +125,7 @@ class ShadingPoints:
         if every:
             sparse = duplicate(SparseShadingParameters, sparse)
             sparse.stride = 1
-        inputs = [gbuffer, self._image, sparse, self._order, self.before, self._shaded, self.listed]
+        inputs = [gbuffer, self.image, sparse, self._order, self.before, self._shaded, self.listed]
         launch(mark_shaded_kernel, self.capacity, inputs, self.device)
         running_total(self._shaded, self._totals)
         inputs = [self._shaded, self._totals, self._order, self.points]
@@ -139,5 +140,5 @@ class ShadingPoints:
 
         mean: (1,) brightness of the picture, about.
         """
-        inputs = [gbuffer, self._image, self.sparse, self.listed, irradiance, mean, self.before.edges, radiance]
+        inputs = [gbuffer, self.image, self.sparse, self.listed, irradiance, mean, self.before.edges, radiance]
         launch(reflect_irradiance_kernel, self.capacity, inputs, self.device)

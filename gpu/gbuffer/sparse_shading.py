@@ -149,6 +149,14 @@ def interpolated_irradiance(gbuffer: GBuffer, pixel: int, image: ImageSize, spar
 
 
 @wp.func
+def is_edge_between(around: Interpolated, reflected: wp.vec3, mean: float, sparse: SparseShadingParameters) -> bool:
+    """Whether light has an edge between anchors, as a pixel shows them that reflects so much; mean: of the picture."""
+    step = (around.max_brightness - around.min_brightness) * brightness(reflected)
+    differ = around.max_brightness > sparse.edge_ratio * around.min_brightness
+    return differ and step > sparse.min_edge * mean
+
+
+@wp.func
 def irradiance_at(gbuffer: GBuffer, pixel: int, image: ImageSize, sparse: SparseShadingParameters,
                   listed: wp.array[int], irradiance: wp.array[wp.vec3]) -> wp.vec3:  # fmt: skip
     """Irradiance of a pixel with a surface: its own, or that of its anchors.
@@ -206,10 +214,7 @@ def reflect_irradiance_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sp
     if not is_anchor(pixel, image, sparse):
         around = interpolated_irradiance(gbuffer, pixel, image, sparse, irradiance)
         if around.weight >= sparse.min_weight:
-            step = (around.max_brightness - around.min_brightness) * brightness(reflected)
-            is_edge = around.max_brightness > sparse.edge_ratio * around.min_brightness
-            if is_edge and step > sparse.min_edge * mean[0]:
-                edges[pixel] = wp.uint8(1)
+            edges[pixel] = wp.uint8(int(is_edge_between(around, reflected, mean[0], sparse)))
             if listed[pixel] == 0:
                 light = around.light
     radiance[pixel] += wp.cw_mul(reflected, light)

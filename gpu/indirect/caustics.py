@@ -7,13 +7,15 @@ reads little more than the photons that light it.
 import warp as wp
 
 from gpu.clustering.grid import separation
-from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import launch
+from gpu.core.image_size import ImageSize
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.gbuffer.sparse_shading import SparseShadingParameters, interpolated_irradiance, is_edge_between
 from gpu.lights.caustic_map import CausticLight
 from gpu.lights.disk_grid import CORNERS, LEVELS, bucket_at, disk_level, reaches
 from gpu.lights.photon_density import answers
@@ -49,22 +51,66 @@ def caustic_kernel(features: SceneFeatures) -> wp.Kernel:
     specialise = specialisation(features)
 
     @wp.kernel(module="unique")
-    def caustic_kernel(first: int, scene: SceneData, gbuffer: GBuffer, lit: CausticLight,
-                       radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-        """One thread a pixel: adds to its `radiance` (pixel,) what its SP reflects of caustics."""
-        pixel = first + wp.tid()
-        if gbuffer.face[pixel] == NO_HIT:
+    def caustic_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int],
+                       lit: CausticLight, found: wp.array[wp.vec3]) -> None:  # fmt: skip
+        """One thread a listed pixel: its irradiance by caustics [W/m²] into found (pixel,).
+
+        pixels (place,): those that are listed, of which count (1,) says how many there are.
+        """
+        place = first + wp.tid()
+        if place >= count[0]:
             return
-        scene = specialise(scene)
-        reflected = reflectance(gbuffer, pixel)
-        if brightness(reflected) > 0.0:
-            found = caustic_irradiance(scene, lit, gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
-            radiance[pixel] += wp.cw_mul(reflected, found)
+        pixel = pixels[place]
+        position, normal = gbuffer.position[pixel], gbuffer.geometric_normal[pixel]
+        found[pixel] = caustic_irradiance(specialise(scene), lit, position, normal)
 
     return caustic_kernel
 
 
-def add_caustics(scene: SceneData, gbuffer: GBuffer, lit: CausticLight, radiance: wp.array,
-                 features: SceneFeatures) -> None:  # fmt: skip
-    """Add to `radiance` (pixel,) what the SPs of `gbuffer` reflect of caustics."""
-    launch(caustic_kernel(features), len(radiance), [scene, gbuffer, lit, radiance], radiance.device)
+@wp.kernel
+def interpolate_caustics_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: SparseShadingParameters,
+                                listed: wp.array[int], mean: wp.array[float], found: wp.array[wp.vec3],
+                                edges: wp.array[int], count: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pixel without an SP: interpolates what anchors `found` (pixel,), and lists it at edges of that.
+
+    listed (pixel,): 1 for pixels with SPs; mean (1,): brightness of the picture; edges (place,), count (1,): the list.
+    """
+    pixel = first + wp.tid()
+    if gbuffer.face[pixel] == NO_HIT or listed[pixel] == 1:
+        return
+    around = interpolated_irradiance(gbuffer, pixel, image, sparse, found)
+    found[pixel] = around.light
+    if is_edge_between(around, reflectance(gbuffer, pixel), mean[0], sparse):
+        edges[wp.atomic_add(count, 0, 1)] = pixel
+
+
+@wp.kernel
+def reflect_caustics_kernel(first: int, gbuffer: GBuffer, found: wp.array[wp.vec3],
+                            radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: adds to its `radiance` (pixel,) what it reflects of what was `found` (pixel,)."""
+    pixel = first + wp.tid()
+    if gbuffer.face[pixel] != NO_HIT:
+        radiance[pixel] += wp.cw_mul(reflectance(gbuffer, pixel), found[pixel])
+
+
+class CausticGather:
+    """Gathers caustics at the SPs of a picture of so many `pixels`, and wherever their edges lie between these."""
+
+    def __init__(self, pixels: int, device: wp.Device) -> None:
+        self._found = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self._edges = wp.zeros(pixels, dtype=int, device=device)
+        self._count = wp.zeros(1, dtype=int, device=device)
+
+    def add(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, lit: CausticLight, mean: wp.array,
+            radiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
+        """Add to `radiance` (pixel,) what pixels reflect of caustics; mean (1,): brightness of the picture."""
+        found, device = self._found, sps.device
+        kernel = caustic_kernel(features)
+        launch(kernel, sps.capacity, [scene, gbuffer, sps.pixels, sps.count, lit, found], device)
+        if sps.stride > 1:
+            edges, count = self._edges, self._count
+            count.zero_()
+            inputs = [gbuffer, sps.image, sps.sparse, sps.listed, mean, found, edges, count]
+            launch(interpolate_caustics_kernel, sps.capacity, inputs, device)
+            launch(kernel, sps.capacity, [scene, gbuffer, edges, count, lit, found], device)
+        launch(reflect_caustics_kernel, sps.capacity, [gbuffer, found, radiance], device)

@@ -1,5 +1,5 @@
 """The stage of caustics, which methods with a G-buffer share: photons aimed at mirrors, glass and gloss, gathered at
-every pixel.
+shading points.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,8 @@ import warp as wp
 
 from gpu.core.reduce import Counter
 from gpu.core.stages import Stages
-from gpu.indirect.caustics import add_caustics
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.caustics import CausticGather
 from gpu.lights.caustic_casters import CausticCasters, caustic_casters
 from gpu.lights.caustic_map import CausticMap
 from gpu.methods.frame_arrays import FrameArrays
@@ -57,13 +58,14 @@ class Caustics:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._map = CausticMap(setup.sample_counts.caustic_photons, setup.bounces, setup.device)
+        self._gather = CausticGather(setup.pixels, setup.device)
         self._casters: list[CausticCasters] = []
         self._version, self._traced = -1, (-1, -1)
         self._seed = wp.zeros(1, dtype=int, device=setup.device)
         self._counter = Counter(1, setup.device)
 
-    def run(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
-        """Add caustics to the picture of a `view` whose G-buffer is filled."""
+    def run(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages) -> None:
+        """Add caustics to the picture of a `view` whose G-buffer is filled, and whose SPs are `points`."""
         sets = self._setup.light_sets
         if self._version != sets.version:
             self._casters, self._version = caustic_casters(self._setup.device_scene), sets.version
@@ -74,9 +76,9 @@ class Caustics:
             self._map.light.share.fill_(radius_share(kind.sample))
             # Its launches are of casters that another light may have more of.
             stages.run("caustic-photons", self._trace, repeats=False)
-        frame = self._frame
-        add = partial(add_caustics, frame.scene, frame.gbuffer, self._map.light, view.radiance, frame.features)
-        stages.run("caustics", add, repeats=kind.captured)
+        frame, radiance = self._frame, view.radiance
+        inputs = frame.scene, frame.gbuffer, points, self._map.light, frame.brightness.value, radiance, frame.features
+        stages.run("caustics", partial(self._gather.add, *inputs), repeats=kind.captured)
 
     def _trace(self) -> None:
         frame, casters, table = self._frame, self._casters, self._setup.light_sets.table

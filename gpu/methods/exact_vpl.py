@@ -91,7 +91,7 @@ class ExactVpl(RenderMethod[ViewState]):
                 passes.share_near(points, frame.indirect.irradiance, kind, stages)
         passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, kind, stages)
+            self._caustics.run(view, points, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
             if self._has_near:

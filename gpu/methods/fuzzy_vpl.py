@@ -108,7 +108,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
                 self._options.inspect(view, self._frame, lights.vpls, stages)
         self._passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, kind, stages)
+            self._caustics.run(view, view.points, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
             if lights.has_near:

@@ -122,7 +122,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, kind, stages)
+            self._caustics.run(view, points, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
             if self._receivers is not None:

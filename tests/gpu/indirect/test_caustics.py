@@ -2,12 +2,14 @@ import numpy as np
 import pytest
 import warp as wp
 from glass import bulb, caustics_of, mirror_over_floor
-from scenes import column, quad, results
+from scenes import camera_of, column, quad, results
 
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.caustics import caustic_irradiance
+from gpu.indirect.caustics import CausticGather, caustic_irradiance
 from gpu.lights.caustic_map import CausticLight
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.scene.camera import look_at
 from gpu.scene.types import Floats
 
 PATHS = 8192
@@ -65,3 +67,27 @@ def test_no_light_leaks_under_a_thin_wall() -> None:
     before, behind = (read_at(room, lit, np.full(200, x), z) for x in (0.095, 0.105))
     assert 1.15 < before.mean() < 1.65  # 1.53, but for what lies within an estimate of the wall
     assert not behind.any()
+
+
+def seen_from_below(room: DeviceScene, lit: CausticLight, stride: int, size: tuple[int, int] = (64, 48)) -> Floats:
+    """What a camera under the mirror sees of caustics on the floor, in (height, width)."""
+    view = look_at((0.05, -0.05, 0.0), (0.05, -0.5, 0.0), (0.0, 0.0, 1.0), yfov_degrees=50.0)
+    frame = FrameArrays(room, size, lambertian=False, stride=stride)
+    frame.trace_primary_rays(camera_of(room, view, size))
+    frame.shading_points.find(frame.gbuffer)
+    radiance, mean = wp.zeros(frame.pixels, dtype=wp.vec3, device="cpu"), wp.zeros(1, dtype=float, device="cpu")
+    gather = CausticGather(frame.pixels, frame.device)
+    gather.add(frame.scene, frame.gbuffer, frame.shading_points, lit, mean, radiance, frame.features)
+    return radiance.numpy()[:, 0].reshape(size[::-1])
+
+
+def test_between_shading_points_it_is_interpolated_but_not_at_its_edges() -> None:
+    wall = quad([0.1, -0.5, -0.45], [0.0, 0.49, 0.0], [0.0, 0.0, 0.9], 1)
+    room = mirror_over_floor(LAMP, parts=[wall])
+    lit = caustics_of(room, PATHS).light
+    whole, sparse = (seen_from_below(room, lit, stride)[::2] for stride in (1, 2))
+    left, between, right = whole[:, :-2:2], (slice(None), slice(1, -1, 2)), whole[:, 2::2]
+    across = np.maximum(left, right) > 2.0 * np.minimum(left, right)
+    np.testing.assert_allclose(sparse[between][across], whole[between][across], rtol=1e-5)
+    assert 5 < across.sum() < 0.2 * across.size
+    assert np.isclose(sparse[between], 0.5 * (left + right), rtol=1e-4)[~across].mean() > 0.9
