@@ -12,11 +12,10 @@ from gpu.direct.direct_light import direct_samples
 from gpu.indirect.clear_coat import add_clear_coat
 from gpu.indirect.lobe_light import known_light
 from gpu.scene.camera import look_at
-from gpu.scene.types import Doubles, Material
+from gpu.scene.types import Doubles
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 SIZE = (24, 16)
-FROSTED = Material(transmission=1.0, roughness=0.4, specular=0.0)  # that nothing is of, for kernels compiled anyway
 CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
 
 
@@ -24,7 +23,7 @@ def room(coat_roughness: float) -> DeviceScene:
     """A white plate with a coat in a room whose walls emit 1/π and reflect half, so that light of 2/π is all around."""
     coated = replace(grey(1.0), clearcoat=0.8, clearcoat_roughness=coat_roughness)
     plate = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
-    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated, FROSTED])
+    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated]).generalised()
 
 
 def shown(coat_roughness: float, *, direct: bool) -> tuple[Doubles, Doubles]:

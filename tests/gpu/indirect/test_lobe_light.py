@@ -33,7 +33,7 @@ def seen(material: Material, density: float = NO_EMISSION) -> Doubles:
     """
     parts = [*box(), quad((-0.3, -0.3, -0.3), (0.6, 0.0, 0.0), (0.0, 0.6, 0.0), 1)]
     parts[5] = replace(parts[5], material=2)
-    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), material, grey(0.0), MIRROR])
+    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), material, grey(0.0)]).generalised()
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=5000, vpl_clusters=100, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
