@@ -162,7 +162,7 @@ class Renderer:
         radiance = view.radiance
         if accumulation:
             stages.flush()
-            accumulation.add(radiance)
+            accumulation.add(radiance, self._method.weight(sample))
             radiance = accumulation.mean
 
         def display() -> None:

@@ -20,27 +20,30 @@ def pixel_place(sample: int) -> tuple[float, float]:
 
 
 @wp.kernel
-def average_frames_kernel(first: int, radiance: wp.array[wp.vec3], before: int, mean: wp.array[wp.vec3]) -> None:
-    """One thread a pixel: takes one more radiance into a mean of `before` of them. A mean keeps its precision."""
+def average_frames_kernel(first: int, radiance: wp.array[wp.vec3], share: float, mean: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: takes one more radiance, which has a `share` of it, into a mean. That keeps its precision."""
     pixel = first + wp.tid()
     value = radiance[pixel]
-    if before > 0:
-        value = mean[pixel] + (value - mean[pixel]) / float(before + 1)
+    if share < 1.0:
+        value = mean[pixel] + (value - mean[pixel]) * share
     mean[pixel] = value
 
 
 class Accumulation:
-    """The mean of a view's frames so far: `mean` (pixel,) linear radiance [W/m²/sr], of `samples` frames."""
+    """The mean of a view's frames so far: `mean` (pixel,) linear radiance [W/m²/sr], of `samples` frames of some weight
+    each.
+    """
 
     def __init__(self, pixels: int, device: wp.Device) -> None:
-        self.samples = 0
+        self.samples, self._weight = 0, 0.0
         self.mean = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
     def restart(self) -> None:
         """Forget all frames: another view."""
-        self.samples = 0
+        self.samples, self._weight = 0, 0.0
 
-    def add(self, radiance: wp.array) -> None:
+    def add(self, radiance: wp.array, weight: float = 1.0) -> None:
         """Take in one more frame, radiance (pixel,)."""
-        launch(average_frames_kernel, len(self.mean), [radiance, self.samples, self.mean], self.mean.device)
+        self._weight += weight
+        launch(average_frames_kernel, len(self.mean), [radiance, weight / self._weight, self.mean], self.mean.device)
         self.samples += 1

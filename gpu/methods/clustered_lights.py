@@ -20,9 +20,10 @@ class ClusteredLights(ABC):
     """VPL clusters that light a frame, and arrays that have room for as many.
 
     vpls: the clusters of the last frame's; cache: the radiosity around them (RadiosityCache), None where near-field
-    light is not wanted; are_kept: whether they were there before it; relights: whether every frame has others; number:
-    of these arrays alone, for captured graphs; room: for SP clusters and VPL clusters; correction: what corrects their
-    light, if `corrects`.
+    light is not wanted; are_kept: whether they were there before it; relights: whether every frame has others;
+    converges: whether the mean of a still view's later frames is what path tracing finds; number: of these arrays
+    alone, for captured graphs; room: for SP clusters and VPL clusters; correction: what corrects their light, if
+    `corrects`.
     """
 
     vpls: VplClusters
@@ -34,6 +35,7 @@ class ClusteredLights(ABC):
     room: tuple[int, int]
     are_kept = True
     relights = False
+    converges = False
 
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame, self.number = setup, frame, new_number()

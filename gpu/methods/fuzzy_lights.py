@@ -71,6 +71,7 @@ class FuzzyLights(ClusteredLights):
         self._used, self.vpls = light_set, self._singles or light_set.clusters
         self.has_indirect = settings.component is not Component.DIRECT and light_set.count > 0
         self.has_near = self.has_indirect and settings.near_field
+        self.converges = self.has_near and settings.correct and self._first.count > 0
         self.cache = self._setup.light_sets.radiosity(light_set) if self.has_near else None
 
     def _number_of(self, sample: int) -> int:
@@ -80,7 +81,7 @@ class FuzzyLights(ClusteredLights):
     def convergence(self, kind: FrameKind) -> Convergence | None:
         """As for other lights; bounds are read from the first set, which lights none of these and may be empty."""
         settings = self._setup.settings
-        if not (kind.refines and self.has_near and self.corrects and self._first.count > 0):
+        if not (kind.refines and self.converges):
             return None
         sets, known = self._setup.light_sets, (self._used, self._used.version)
         if not sets.is_current(self._first):

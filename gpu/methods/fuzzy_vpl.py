@@ -15,7 +15,15 @@ from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history, reads_radiosity
+from gpu.methods.passes import (
+    STILL_VIEW_PARAMETERS,
+    FrameKind,
+    Passes,
+    frame_kind,
+    frame_seed,
+    leaves_history,
+    reads_radiosity,
+)
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings, Weighting
 from gpu.sp.sp_clustering import SpClustering
@@ -121,6 +129,11 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             light = lights.has_indirect and self._options.keeps_light
             stages.run("keep", partial(view.keep, self._frame.gbuffer, light=light))
             view.wrote_history = True
+
+    def weight(self, sample: int) -> float:
+        """More for smoothed frames where others have more noise, for less error that stays."""
+        smoothed = sample < STILL_VIEW_PARAMETERS.smoothed_frames
+        return STILL_VIEW_PARAMETERS.smoothed_weight if smoothed and self.lights.converges else 1.0
 
     def _find_indirect(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
         """The paper's steps, with near-field light and corrections by rays of single SPs beyond it."""

@@ -108,6 +108,10 @@ class RenderMethod(ABC, Generic[View]):
         sample: the frame's number among those of a still view; each has its own samples.
         """
 
+    def weight(self, sample: int) -> float:
+        """What frame `sample` of a still view counts for in the mean of them all."""
+        return 1.0
+
     def count(self, view: View) -> None:
         """Launch the sums that `statistics` reads."""
 

@@ -33,15 +33,17 @@ class StillViewParameters:
     """How frames of a still view differ.
 
     smoothed_frames: smoothing blurs shadows a little. It helps the first frames; those after so many are averaged, not
-    smoothed, so that the mean forgets the blur. refining_samples: of direct light these have at least, since its noise
-    would be most of the mean's. interpolated_frames: those after so many shade every pixel: light between SPs is
-    interpolated in earlier ones, which have less noise for it, and the mean forgets that blur, too.
+    smoothed, so that the mean forgets the blur. smoothed_weight: what a smoothed one counts for where others converge,
+    which have several times its error, nearly all of it noise. refining_samples: of direct light these have at least,
+    since its noise would be most of the mean's. interpolated_frames: those after so many shade every pixel: light
+    between SPs is interpolated in earlier ones, which have less noise for it, and the mean forgets that blur, too.
     frames_a_set: that a light set of many_vpls or more serves: making it takes as long as such a frame, and sets differ
     by little beside the noise of the SPs' own rays. Those of fewer VPLs differ much and are soon made.
     """
 
     smoothed_frames: int = 4
     refining_samples: int = 4
+    smoothed_weight: float = 3.0
     interpolated_frames: int = 64
     frames_a_set: int = 4
     many_vpls: int = 1 << 16

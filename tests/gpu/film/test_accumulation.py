@@ -41,6 +41,13 @@ def test_the_mean_is_that_of_all_frames_and_keeps_its_precision() -> None:
     assert (accumulation.mean.numpy() == values[0]).all()
 
 
+def test_frames_count_by_their_weight() -> None:
+    accumulation = Accumulation(1, CPU)
+    for value, weight in ((1.0, 3.0), (2.0, 3.0), (8.0, 2.0)):
+        accumulation.add(wp.array([[value] * 3], dtype=wp.vec3, device=CPU), weight)
+    assert np.allclose(accumulation.mean.numpy(), (3.0 + 6.0 + 16.0) / 8.0, rtol=1e-6)
+
+
 @pytest.fixture(scope="module")
 def room() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)

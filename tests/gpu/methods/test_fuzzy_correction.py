@@ -80,6 +80,8 @@ def test_later_frames_of_a_still_view_have_three_passes(
     renderer, mean = Renderer(room, SIZE, settings), Accumulation(SIZE[0] * SIZE[1], room.device)
     for _ in range(5):
         frame = renderer.render(CAMERA, mean)
+    weights = [renderer._method.weight(number) for number in (0, 3, 4)]
+    assert weights == ([3.0, 3.0, 1.0] if near_field else [1.0] * 3)
     # Light of VPLs alone is what is wanted where near-field light is not.
     assert (traced, connected) == (([1] * 4, [3]) if near_field else ([1] * 4 + [3], []))
     assert ("connect" in frame.stats.stage_ms) == ("paths" in frame.stats.stage_ms) == near_field
