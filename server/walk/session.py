@@ -6,7 +6,7 @@ means are sent, until one has as many frames as were wanted. Then nothing is due
 frames were whole leaves its last one to the mean, so that nothing changes as it comes to rest.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from time import monotonic
 
@@ -17,9 +17,9 @@ from server.render.schedule import Urgency
 from server.render.turns import samples_a_turn
 from server.walk.ack_window import AckWindow
 from server.walk.frame_request import FrameRequest
-from server.walk.resolution_scaler import ResolutionScaler
+from server.walk.resolution_scaler import LEAST_GPU_PIXELS, ResolutionScaler
 from server.walk.video_choice import VideoChoice
-from server.wire.browser import Pose, Stream
+from server.wire.browser import CodecName, Pose, Stream
 from server.wire.frame_header import LOSSLESS, Codec, FrameHeader, Phase
 from server.wire.worker import CameraMatrix, Done, Output, Render, SceneRef
 
@@ -46,7 +46,7 @@ class Session:
     """The state of one viewer.
 
     `scene` is None until one is open. A frame is due when there is something new to show and room in the window, unless
-    these settings have failed.
+    these settings have failed. codecs: that frames may come in besides JPEG; on_gpu: whether a GPU renders them.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class Session:
         *,
         stream: Stream = Stream(),  # noqa: B008
         qualities: Qualities = Qualities(),
-        takes_png: bool = False,
-        takes_video: bool = False,
+        codecs: Collection[CodecName] = (),
+        on_gpu: bool = False,
         now: Callable[[], float] = monotonic,
     ) -> None:
         self.viewer = viewer
@@ -68,14 +68,13 @@ class Session:
         self._settings = settings
         self._stream = stream
         self._qualities = qualities
-        self._takes_png = takes_png
-        self._takes_video = takes_video
+        self._takes_png, self._takes_video = "png" in codecs, "h264" in codecs
         self._video_choice = VideoChoice(now)
         self._video = 0  # pictures of it that were asked for
         self._settings_id = 0
         self._edits, self._own = NO_EDITS, False
         self._pose: Pose | None = None
-        self._scaler = ResolutionScaler()
+        self._scaler = ResolutionScaler(LEAST_GPU_PIXELS if on_gpu else 0)
         self._now = now
         self._changed_at = 0.0
         self._fresh = False  # something changed since the last moving frame was asked for
@@ -219,7 +218,7 @@ class Session:
         """A frame was rendered, after it had waited for its turn."""
         self._losses = 0
         if request.samples is None:
-            self._scaler.observe(waited_ms + done.render_ms)
+            self._scaler.observe(done.render_ms, waited_ms)
         elif request.view == self._view:
             self._still_ms = done.render_ms
             self._target_frames = done.target

@@ -94,8 +94,8 @@ class Viewer:
             hello.settings,
             stream=hello.stream,
             qualities=Qualities(settings.jpeg_quality, settings.still_quality),
-            takes_png="png" in self._codecs,
-            takes_video="h264" in self._codecs,
+            codecs=self._codecs,
+            on_gpu=service.engines.cuda,
         )
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened

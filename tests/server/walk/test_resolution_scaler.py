@@ -1,19 +1,23 @@
 import pytest
 
 from gpu.settings import RenderSettings
-from server.walk.resolution_scaler import LEAST_SIDE, SCALES, TARGET_MS, ResolutionScaler
+from server.walk.resolution_scaler import LEAST_GPU_PIXELS, LEAST_SIDE, SCALES, TARGET_MS, ResolutionScaler
 
 FULL = (1280, 720)
 SETTINGS = RenderSettings()
 
 
 def settle(
-    scaler: ResolutionScaler, ms_of_pixels: float, fixed_ms: float = 0.0, frames: int = 200
+    scaler: ResolutionScaler,
+    ms_of_pixels: float,
+    fixed_ms: float = 0.0,
+    frames: int = 200,
+    full: tuple[int, int] = FULL,
 ) -> list[tuple[int, int]]:
     """The sizes of frames that take that much."""
     sizes = []
     for _ in range(frames):
-        width, height = scaler.size(FULL, SETTINGS)
+        width, height = scaler.size(full, SETTINGS)
         sizes.append((width, height))
         scaler.observe(fixed_ms + ms_of_pixels * width * height)
     return sizes
@@ -55,6 +59,27 @@ def test_the_size_settles_and_keeps_to_the_target(full_ms: float, fixed_ms: floa
     assert len(set(last)) == 1
     width, height = last[0]
     assert fixed_ms + full_ms * width * height / (1280 * 720) <= 1.15 * TARGET_MS or width == FULL[0] * SCALES[-1]
+
+
+def test_on_a_gpu_frames_are_not_made_so_small_that_they_come_no_sooner() -> None:
+    scaler = ResolutionScaler(LEAST_GPU_PIXELS)
+    sizes = settle(scaler, 10.0 / (480 * 270), 60.0, full=(480, 270))
+    assert set(sizes) == {(480, 270), (320, 180)}
+    assert sizes[10:] == [(320, 180)] * 190
+    assert settle(scaler, 10.0 / (480 * 270), full=(480, 270), frames=1000)[-1] == (480, 270)
+    assert scaler.size((480, 270), SETTINGS, 0.5) == (240, 135)
+    assert ResolutionScaler(LEAST_GPU_PIXELS).size((96, 64), SETTINGS) == (96, 64)
+
+
+@pytest.mark.parametrize(
+    ("render_ms", "waited_ms", "full"), [(15.0, 20.0, True), (30.0, 0.0, False), (15.0, 60.0, False)]
+)
+def test_waiting_for_others_may_take_longer_than_a_frame(render_ms: float, waited_ms: float, full: bool) -> None:
+    scaler = ResolutionScaler()
+    for _ in range(20):
+        scaler.size((640, 360), SETTINGS)
+        scaler.observe(render_ms, waited_ms)
+    assert (scaler.size((640, 360), SETTINGS) == (640, 360)) == full
 
 
 def test_a_lock_is_obeyed_and_measures_nothing() -> None:

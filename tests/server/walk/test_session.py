@@ -249,7 +249,7 @@ def test_the_last_word_of_an_earlier_view_does_not_count(desk: Desk) -> None:
 
 @pytest.mark.parametrize("takes_png", [True, False])
 def test_the_final_frame_is_lossless_for_viewers_who_want_and_can_take_it(takes_png: bool) -> None:
-    desk = Desk(options={"stream": Stream(lossless=True), "takes_png": takes_png})
+    desk = Desk(options={"stream": Stream(lossless=True), "codecs": ["png"] if takes_png else []})
     desk.session.pose(pose(1))
     desk.serve()
     desk.rest()
@@ -264,7 +264,7 @@ def test_the_final_frame_is_lossless_for_viewers_who_want_and_can_take_it(takes_
 
 @pytest.mark.parametrize("takes_video", [True, False])
 def test_moving_frames_are_video_for_viewers_who_want_and_can_take_it(takes_video: bool) -> None:
-    desk = Desk(options={"stream": Stream(video=True), "takes_video": takes_video})
+    desk = Desk(options={"stream": Stream(video=True), "codecs": ["h264"] if takes_video else []})
     moving = []
     for number in (1, 2, 3):
         desk.session.pose(pose(number))
@@ -280,7 +280,7 @@ def test_moving_frames_are_video_for_viewers_who_want_and_can_take_it(takes_vide
 
 
 def test_a_frame_of_video_says_whether_it_needs_another() -> None:
-    desk = Desk(options={"stream": Stream(video=True), "takes_video": True})
+    desk = Desk(options={"stream": Stream(video=True), "codecs": ["h264"]})
     desk.session.pose(pose(1))
     request, job = desk.take()
     for is_key, codec in ((True, Codec.H264_KEY), (False, Codec.H264)):
@@ -289,7 +289,7 @@ def test_a_frame_of_video_says_whether_it_needs_another() -> None:
 
 
 def test_a_frame_that_was_broken_is_followed_by_one_that_needs_no_other() -> None:
-    desk = Desk(options={"stream": Stream(video=True), "takes_video": True})
+    desk = Desk(options={"stream": Stream(video=True), "codecs": ["h264"]})
     desk.session.pose(pose(1))
     request, job = desk.serve()
     assert request.frame is not None
@@ -300,7 +300,7 @@ def test_a_frame_that_was_broken_is_followed_by_one_that_needs_no_other() -> Non
 
 @pytest.mark.parametrize(("wish", "output"), [(None, "h264"), (False, "jpeg")])
 def test_a_slow_line_has_video_unless_the_viewer_wants_none(wish: bool | None, output: str) -> None:
-    desk = Desk(options={"stream": Stream(video=wish), "takes_video": True})
+    desk = Desk(options={"stream": Stream(video=wish), "codecs": ["h264"]})
     for number in range(1, 40):
         desk.session.pose(pose(number))
         job = desk.serve(size=4000 if desk.session._video_choice.is_video else 40_000, way=1.6e-6)[1]
