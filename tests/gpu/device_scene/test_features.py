@@ -131,7 +131,7 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
     assert features.frosted == features.lobes == frosted
 
 
-def test_general_kernels_know_what_lights_there_are() -> None:
+def test_general_kernels_know_what_lights_there_are_and_whether_glass_is_frosted() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False)
+    assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, frosted=False)
     assert features_of_any(EVERYTHING) == EVERYTHING
