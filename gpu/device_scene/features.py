@@ -61,8 +61,8 @@ EVERYTHING = SceneFeatures()
 
 
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
-    """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are, which
-    decides no kernel, but which of them are launched, and with what samples; and for frosted glass, which few scenes
+    """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
+    which decide no kernel, but which are launched, and with what samples; and but for frosted glass, which few scenes
     have, and whose rays' kernel alone takes three times as long to compile as any other.
     """
     return replace(EVERYTHING, soft=has.soft, lamps=has.lamps, frosted=has.frosted)
