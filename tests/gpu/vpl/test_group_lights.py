@@ -25,8 +25,7 @@ def test_disks_stand_for_the_members_of_clusters_in_every_round() -> None:
     clustering, clusters = clustered(maps, vpls, seeds_of(vpls))
     lights = GroupLights(vpls.count, COUNT, clustering.device)
     for seed in (2, 3):
-        clusters.members.zero_()
-        again(clustering, clusters, vpls, np.repeat(seeds_of(vpls, COUNT // 2, seed), 2), begins=False)
+        again(clustering, clusters, vpls, np.repeat(seeds_of(vpls, COUNT // 2, seed), 2), begins=True)
         lights.run(vpls, clustering.groups, clustering.medoids)
         check(lights.vpls, owners(clustering), vpls.flux.numpy())
 
