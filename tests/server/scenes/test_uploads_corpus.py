@@ -53,7 +53,7 @@ def render(service: Running, scene_id: str) -> str:
     """Render an upload, delete it, and return the problem that there was."""
     settings = {"vpls": 256, "vpl_clusters": 16, "sp_clusters": 64, "lambertian": not ALL}  # by few kernels
     request = {"scene": scene_id, "size": [64, 36], "settings": settings}
-    response = service.http.post("/api/v1/render", json=request, timeout=120)
+    response = service.http.post("/api/v1/render", json=request, timeout=300)  # kernels, too
     service.http.post(f"/api/v1/scenes/{scene_id}/unload", timeout=60)
     assert service.http.delete(f"/api/v1/scenes/{scene_id}").status_code == 204
     return "" if response.status_code == 200 else f"{scene_id}: {response.status_code} {response.text}"

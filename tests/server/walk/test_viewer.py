@@ -158,7 +158,7 @@ def test_an_edit_shows_in_the_next_frame_of_all_who_look(serve: Callable[..., Ru
     os.kill(running.service.engines.engines[0].worker_pid or 0, signal.SIGKILL)
     walkers[1].word("status", state="recovering")
     walkers[1].pose(2, x=0.5)
-    while (shown := walkers[1].frame())[0].pose < 2:
+    while (shown := walkers[1].frame(60.0))[0].pose < 2:  # from another worker
         pass
     assert brightest(shown) < 50
     late = visit(running)
