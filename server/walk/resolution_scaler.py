@@ -80,9 +80,8 @@ class ResolutionScaler:
             if self._frames > FIRST_FRAMES or self._scale in self._forgiven:
                 self._too_slow[self._scale] = self._total
             self._forgiven.add(self._scale)
-            while index + 1 < len(SCALES) and self._expected(SCALES[index]) > FAST_ENOUGH * TARGET_MS:
-                if SCALES[index] <= self._floor:
-                    break
+            last = next((n for n, scale in enumerate(SCALES) if scale <= self._floor), len(SCALES) - 1)
+            while index < last and self._expected(SCALES[index]) > FAST_ENOUGH * TARGET_MS:
                 index += 1
         elif enough and index > 0 and self._worth_trying(SCALES[index - 1]):
             index -= 1
