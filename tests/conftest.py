@@ -1,7 +1,11 @@
 import gc
+import os
 from pathlib import Path
 
 import pytest
+
+# Threads of FLIP that have nothing to do would spin on cores that others want: 0.1 s for each small picture.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 TESTS = Path(__file__).parent
 # The files that take longest, the longest first: processes that begin with them end at about the same time. A folder's

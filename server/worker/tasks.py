@@ -39,7 +39,7 @@ class Task:
 
     def __init__(self, request: int, work: Callable[[], None]) -> None:
         self.request = request
-        self.cancelled = self.gives_back = False
+        self.gives_back = False
         self.wants: Hashable = None
         self.waits_for: Task | None = None
         self.until: Callable[[int], bool] | None = None
@@ -80,14 +80,16 @@ class Tasks:
         self._turn, self._stint_began = 0, 0.0  # the request whose turn it is, since when it has the host [s]
         self._turns: dict[int, float] = {}  # by request, those that have one and since when [s]; the last one last
         self._asked: set[int] = set()  # requests that are to give their turns back
+        self._cancelled: set[int] = set()  # requests that are to end, though they may not have begun
         self._thread = get_ident()
 
     def start(self, request: int, work: Callable[[], None]) -> Turn:
         """Begin a job, whose request is a higher number than those before. What it raises is raised here."""
         self._tasks[request] = Task(request, work)
-        for asked in self._asked.copy():  # of jobs that had ended when they were asked
-            if asked < request and asked not in self._tasks:
-                self._asked.discard(asked)
+        for told in (self._asked, self._cancelled):
+            for other in told.copy():
+                if other < request and other not in self._tasks:  # it had ended when it was told
+                    told.discard(other)
         return self.resume(request)
 
     def resume(self, request: int) -> Turn:
@@ -138,9 +140,8 @@ class Tasks:
         self._asked.add(request)
 
     def cancel(self, request: int) -> None:
-        """Have a job end when it goes on. From any thread."""
-        if (task := self._tasks.get(request)) is not None:
-            task.cancelled = True
+        """Have a job end when it goes on, or soon after it begins. From any thread."""
+        self._cancelled.add(request)
 
     @contextmanager
     def holding(self, what: Hashable) -> Iterator[None]:
@@ -162,7 +163,7 @@ class Tasks:
         task = self._current
         if task is None or get_ident() != self._thread:
             return False
-        return task.cancelled or self._is_asked(idle=idle) or self._is_wanted()
+        return self._is_cancelled(task) or self._is_asked(idle=idle) or self._is_wanted()
 
     def give(self) -> None:
         """Leave the job that runs until its turn comes again; CancelledError when nobody wants it any more."""
@@ -178,7 +179,7 @@ class Tasks:
             return
 
         def until(request: int) -> bool:
-            return over() or (idle and (task.cancelled or request in self._asked))
+            return over() or (idle and (self._is_cancelled(task) or request in self._asked))
 
         task.until, task.idle = until, idle
         try:
@@ -186,6 +187,9 @@ class Tasks:
                 self._switch()
         finally:
             task.until, task.idle = None, False
+
+    def _is_cancelled(self, task: Task) -> bool:
+        return task.request in self._cancelled
 
     def _is_asked(self, *, idle: bool) -> bool:
         return self._turn in self._asked and (idle or perf_counter() - self._turns[self._turn] >= self.turn_seconds)
@@ -205,9 +209,9 @@ class Tasks:
         self._asked.discard(request)
 
     def _leave(self, task: Task) -> None:
-        if not task.cancelled:
+        if not self._is_cancelled(task):
             self._switch()
-        if task.cancelled:
+        if self._is_cancelled(task):
             raise CancelledError
 
     def _switch(self) -> None:

@@ -36,7 +36,7 @@ SLOW_SECONDS = 0.25
 LONG_SECONDS = 3.0
 LATER = {HANG_LATER_SEED: HANG_SEED, BUG_LATER_SEED: BUG_SEED, FAULT_LATER_SEED: FAULT_SEED}
 MEMORY = (1_000_000_000, 8_000_000_000)
-SLICES, SLICE_SECONDS = 2000, 0.005  # of what is SLICED, at most
+SLICES, SLICE_SECONDS = 10_000, 0.005  # of what is SLICED, at most
 ENOUGH = 3  # others' pictures between its slices, after which it ends
 TARGET = 4  # frames that a still view is averaged of
 CHAIR = Bounds(min=(-0.1, -0.1, -0.9), max=(0.1, 0.1, -0.7))

@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from socket import SHUT_RDWR
 from threading import Event, Thread
 from typing import Any
 
@@ -87,8 +88,9 @@ def test_a_flood_is_slowed_down_and_others_are_not(
         took, was_read = time.monotonic() - began, read
     finally:
         ended.set()
-    hostile.socket.socket.close()
+    hostile.socket.socket.shutdown(SHUT_RDWR)  # which ends a send under way; close would not
     thread.join(10)
+    assert not thread.is_alive()
     assert seen > 5
     assert was_read <= MESSAGE_BURST + MESSAGE_RATE * took + 3 * seen + 10
 

@@ -132,6 +132,15 @@ def test_one_who_waits_can_be_cancelled_and_what_was_held_is_free_after_an_error
     tasks.cancel(99)  # there is none
 
 
+def test_one_can_be_cancelled_before_it_begins() -> None:
+    tasks, said = Tasks(), list[str]()
+    tasks.cancel(2)
+    assert tasks.start(1, stepping(tasks, said, "a")) is ENDED
+    with pytest.raises(CancelledError):
+        tasks.start(2, stepping(tasks, said, "b"))
+    assert said == ["a0", "a1", "a2", "b0"]
+
+
 def test_what_a_job_raises_reaches_whoever_gave_the_turn() -> None:
     tasks = Tasks()
 
