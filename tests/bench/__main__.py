@@ -27,6 +27,7 @@ PARTS = {
     "photons": "photon-gather beside its paper and other methods, and its growth; only if named",
     "edges": "edges in a walk, and its times, with frames averaged over the pixels and without; only if named",
     "still": "error over time of a view that rests",
+    "noise": "noise and bias of such a view, of direct and indirect light apart; only if named",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
     "materials": "errors with the files' own materials, beside `--references` of these; only if named",
     "growth": "time over shading points, VPLs and triangles",

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.types import Floats
 from gpu.settings import Component, RenderSettings
@@ -39,7 +38,7 @@ def measure_walk(subject: Subject, settings: RenderSettings, frames: int, restin
         stages.append(frame.stats.stage_ms)
         times.append(sum(frame.stats.stage_ms.values()))
     last = frame.radiance()  # before another frame is rendered into its array
-    accumulation = Accumulation(subject.size[0] * subject.size[1], subject.device_scene.device)
+    accumulation = subject.accumulation()
     for number in range(resting):
         frame = renderer.render(subject.camera, accumulation, walks=number == 0)
     named = {name: spread([one[name] for one in stages[-TIMED:]]) for name in stages[-1]}

@@ -124,6 +124,12 @@ def tell_apart(clustered: Images, exact: Images, reference: ArrayLike, reference
     )
 
 
+def bias_and_noise(renders: Images, reference: ArrayLike) -> tuple[float, float]:
+    """The relMSE of renders, one a seed, told apart: of what they have in common, and of what differs between them."""
+    x, r = np.asarray(renders, np.float64), np.asarray(reference, np.float64)
+    return _bias_and_noise(x - r, 1.0 / (r**2 + 0.01 * np.mean(r) ** 2))
+
+
 def _bias_and_noise(errors: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[float, float]:
     """The weighted square of the errors' mean over seeds, without their noise, and their variance."""
     noise = float(np.mean(errors.var(axis=0, ddof=1) * weight))

@@ -4,15 +4,17 @@ Such a picture has noise of its own, which a view that converges ends at: so the
 by a second picture of other paths.
 """
 
+from collections.abc import Iterator
 from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from gpu.film.accumulation import Accumulation
+from gpu.film.frame import Frame
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
-from gpu.scene.types import Floats
+from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
@@ -67,29 +69,41 @@ def trace_spread(suite: Suite, subject: Subject, samples: int, seed: int = 0) ->
     number = min(samples, REFERENCE_PATHS)
     paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=number, seed=seed)
     renderer = Renderer(subject.device_scene, subject.size, paths)
-    mean = Accumulation(subject.size[0] * subject.size[1], subject.device_scene.device)
-    for _ in range(max(1, samples // REFERENCE_PATHS)):
-        frame = renderer.render(subject.camera, mean)
+    return mean_at_rest(renderer, subject.camera, subject.accumulation(), max(1, samples // REFERENCE_PATHS))
+
+
+def mean_at_rest(renderer: Renderer, camera: Camera, mean: Accumulation, frames: int) -> Floats:
+    """What is left in `mean` by so many frames of a view, (height, width, 3)."""
+    for _ in range(frames):
+        frame = renderer.render(camera, mean)
     return frame.radiance()
+
+
+def resting(subject: Subject, settings: RenderSettings, frames: int) -> Iterator[tuple[int, float, Frame]]:
+    """Number, from 1, of each frame of a view that rests, seconds of rendering until it is ready, and the mean so far.
+
+    That lies in the arrays that the next frame is rendered into.
+    """
+    renderer, mean = Renderer(subject.device_scene, subject.size, settings), subject.accumulation()
+    # The first frame's kernels and arrays are not the rest's; of another view, since this one's would be kept.
+    renderer.render(rotated(subject.camera, 1.0), mean)
+    mean.restart()
+    seconds = 0.0
+    for number in range(1, frames + 1):
+        begun = perf_counter()
+        frame = renderer.render(subject.camera, mean)
+        seconds += perf_counter() - begun
+        yield number, seconds, frame
 
 
 def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     """One scene: seconds since the view came to rest, and errors, at each power of two of frames and after one."""
     subject = suite.subject(name)
-    pixels = subject.size[0] * subject.size[1]
     trace = partial(trace_spread, suite, subject)
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
     load_kernels(subject.device_scene, settings)
-    renderer = Renderer(subject.device_scene, subject.size, settings)
-    accumulation = Accumulation(pixels, subject.device_scene.device)
-    # The first frame's kernels and arrays are not the rest's; of another view, since this one's would be kept.
-    renderer.render(rotated(subject.camera, 1.0), accumulation)
-    accumulation.restart()
     seconds, pictures = 0.0, []
-    for number in range(1, (QUICK_FRAMES if suite.quick else FRAMES) + 1):
-        begun = perf_counter()
-        frame = renderer.render(subject.camera, accumulation)
-        following = seconds + perf_counter() - begun
+    for number, following, frame in resting(subject, settings, QUICK_FRAMES if suite.quick else FRAMES):
         if number > 1 and not is_kept(number - 1, seconds, following):
             pictures.pop()
         seconds = following

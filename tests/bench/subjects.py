@@ -10,6 +10,7 @@ import numpy as np
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
+from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.load import load_scene
@@ -55,6 +56,10 @@ class Subject:
     def camera(self) -> Camera:
         """The scene's first camera."""
         return self.device_scene.scene.cameras[0]
+
+    def accumulation(self) -> Accumulation:
+        """The mean of no frames yet, of this size."""
+        return Accumulation(self.size[0] * self.size[1], self.device_scene.device)
 
     def render(self, settings: RenderSettings) -> Floats:
         """One frame from the camera."""

@@ -3,8 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gpu.scene.gltf.writing import glb_of
+from gpu.scene.load import load_scene
 from tests.bench import __main__ as command
-from tests.bench import growth, skips, sweep, targets, temporal
+from tests.bench import growth, skips, sweep, targets, temporal, walk
 from tests.bench.errors import ErrorPool, errors_of
 from tests.bench.page import SECTIONS, page
 from tests.bench.store import Row, read_rows
@@ -77,6 +79,20 @@ def test_the_sweep_covers_the_papers_settings_first(tmp_path: Path) -> None:
     names = {name for _, groups in choices for name in groups}
     assert names == {"default", "paper", "exact", "path", "fuzziness", "vpls", "sps", "vpl-clusters", "both"}
     assert len({sweep.title(choice) for choice, _ in choices}) == len(choices)
+
+
+def test_a_walk_has_the_size_of_its_scenes_reference(
+    measured: dict[str, list[Row]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (row,) = measured["walk"]
+    assert row["size"] == [16, 12]
+    (tmp_path / "box.glb").write_bytes(glb_of(load_scene("cornell-box")))
+    black = np.zeros((12, 20, 3), np.float32)
+    np.savez(tmp_path / "box.npz", full=black, direct=black)
+    monkeypatch.setattr(walk, "WARM_UP", 1)
+    monkeypatch.setattr(Suite, "frames", 2)
+    suite = Suite(out=tmp_path, cache=tmp_path, device="cpu", scenes=tmp_path, references=tmp_path, quick=True)
+    assert walk.measure_row(suite, "box")["size"] == [20, 12]
 
 
 @pytest.mark.parametrize(

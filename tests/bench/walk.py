@@ -1,4 +1,7 @@
-"""Frames a second of a walk at default settings, and of two walks on one renderer; display included, not encoding."""
+"""Frames a second of a walk at default settings, and of two walks on one renderer; display included, not encoding.
+
+All light and the files' own materials, half a degree a frame, at the size of a reference where a scene has one.
+"""
 
 from functools import partial
 from time import perf_counter
@@ -44,7 +47,7 @@ def measure_row(suite: Suite, name: str) -> Row:
     subject = suite.subject(name)
     settings = RenderSettings()
     frames = suite.frames if suite.quick else FRAMES
-    renderer = Renderer(subject.device_scene, suite.size, settings)
+    renderer = Renderer(subject.device_scene, subject.size, settings)
     frame, timed, seconds = walk(renderer, subject.camera, frames)
     stages = [one.stats.stage_ms for one in timed]
     _, apart, apart_seconds = walk(renderer, rotated(subject.camera, APART_DEGREES), frames)
@@ -57,7 +60,7 @@ def measure_row(suite: Suite, name: str) -> Row:
     }
     return {
         "scene": name,
-        "size": list(suite.size),
+        "size": list(subject.size),
         "settings": settings.model_dump(mode="json"),
         "frames": len(seconds),
         "frames_a_second": 1.0 / float(np.median(seconds)),
@@ -76,5 +79,4 @@ def median_skip(frames: list[Frame]) -> float:
 
 def run(suite: Suite) -> None:
     """The part of the command line."""
-    size = "x".join(map(str, suite.size))
-    suite.run("walk", [Task(f"{name} {size}", partial(measure_row, suite, name)) for name in suite.scene_names()])
+    suite.run("walk", [Task(suite.label(name), partial(measure_row, suite, name)) for name in suite.scene_names()])
