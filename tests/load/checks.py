@@ -71,6 +71,7 @@ def quick(fault_seed: int) -> Scale:
         change=inf,
         refused_ms=5000.0,
         flood_seconds=3.0,
+        size=(160, 90),
         still=(16, 9),
         gap_seconds=inf,
     )

@@ -1,12 +1,13 @@
 """What the service must survive, and the run of it all against a service of its own."""
 
 from collections.abc import Sequence
+from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
 from gpu.errors import UserError
 from tests.load import breaks, greedy, hostile, uninvited
 from tests.load.checks import Check, Outcome, Scale
-from tests.load.target import serving
+from tests.load.target import Target, serving
 
 CHECKS: dict[str, Check] = {
     "worker-killed": breaks.worker_killed,
@@ -32,8 +33,15 @@ def chosen(names: Sequence[str]) -> list[str]:
     return list(names or CHECKS)
 
 
-async def check(name: str, scale: Scale, worker: str, flags: Sequence[str] = (), log: Path | None = None) -> Outcome:
-    """One check against a service that is started for it, with `worker`, a program, in the renderer's place."""
+def service(
+    scale: Scale, worker: str, flags: Sequence[str] = (), log: Path | None = None
+) -> AbstractAsyncContextManager[Target]:
+    """One to check, with `worker`, a program, in the renderer's place."""
     own = ["--max-viewers", str(scale.viewers), "--max-render-seconds", "1e9"]
-    async with serving([*own, *flags], worker, log) as target:
+    return serving([*own, *flags], worker, log)
+
+
+async def check(name: str, scale: Scale, worker: str, flags: Sequence[str] = (), log: Path | None = None) -> Outcome:
+    """One check against a service that is started for it."""
+    async with service(scale, worker, flags, log) as target:
         return await CHECKS[name](target, scale)
