@@ -23,6 +23,7 @@ from server.refusals import (
     TooSlowError,
     UnknownJobError,
     UnknownSceneError,
+    reason,
 )
 from server.render.cost import TooLongError
 from server.render.pending import RenderFaultError
@@ -111,7 +112,7 @@ def install(app: FastAPI) -> None:
         assert isinstance(error, RequestValidationError)
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"][1:])
-        return error_response(422, "bad-request", f"{place}: {first['msg']}" if place else str(first["msg"]))
+        return error_response(422, "bad-request", f"{place}: {reason(first)}" if place else reason(first))
 
     async def http(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)

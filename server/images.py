@@ -79,15 +79,22 @@ def check_format(suffix: str) -> str:
 
 def check_output(path: Path) -> str:
     """Return the suffix, in lower case, of an image that can be written to `path`; raises ImageError otherwise."""
-    suffix = check_format(path.suffix)
+    try:
+        suffix = check_format(path.suffix)
+    except ImageError as error:
+        raise ImageError(f"{path}: {error}") from None
     check_folder(path)
     return suffix
 
 
 def check_folder(path: Path) -> None:
-    """ImageError where the folder of a file that is to be written is not there."""
+    """ImageError where the folder of a file that is to be written is not there, or the file cannot be written there."""
     if not path.parent.is_dir():
         raise ImageError(f"{path}: the folder {path.parent} does not exist; make it first")
+    if path.is_dir():
+        raise ImageError(f"{path}: is a folder; name a file in it")
+    if not os.access(path.parent, os.W_OK):
+        raise ImageError(f"{path}: the folder {path.parent} cannot be written to; choose another one")
 
 
 def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.float32]:

@@ -1,5 +1,8 @@
 """Why a request is refused, each kind with the HTTP status that server.errors gives it."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from gpu.errors import UserError
 
 
@@ -41,3 +44,12 @@ class TooBusyError(Exception):
 
 class NotAcceptableError(Exception):
     """None of the formats that the client takes can be written (406)."""
+
+
+def reason(problem: Mapping[str, Any]) -> str:
+    """What is wrong with a field, of one of the problems that pydantic tells; not which field."""
+    if problem["type"] == "extra_forbidden":
+        return "is not known here; check its name"
+    if problem["type"] == "too_short":
+        return f"needs {problem['ctx']['min_length']} or more, has {problem['ctx']['actual_length']}"
+    return str(problem["msg"]).removeprefix("Value error, ")

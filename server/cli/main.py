@@ -5,6 +5,7 @@ Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was 
 """
 
 import os
+import re
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
@@ -39,6 +40,8 @@ class _Parser(ArgumentParser):
     """argparse with this program's one-line errors."""
 
     def error(self, message: str) -> NoReturn:
+        if option := re.fullmatch(r"argument (--[\w-]+).*: expected one argument", message):
+            message += f"; one that starts with a minus is written {option[1]}=-1"
         raise UserError(message)
 
 

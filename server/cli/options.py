@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from gpu.errors import UserError
+from server.refusals import reason
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -63,7 +64,7 @@ def model_from(options: Namespace, model: type[Model]) -> Model:
         return model(**given_options(options, model))
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
-        raise UserError(f"{flag_of(str(problem['loc'][0]))}: {problem['msg']}, got {problem['input']!r}") from None
+        raise UserError(f"{flag_of(str(problem['loc'][0]))}: {reason(problem)}, got {problem['input']!r}") from None
 
 
 def flag_of(name: str) -> str:

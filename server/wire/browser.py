@@ -66,6 +66,7 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.moment import AnimationId, Moment
 from gpu.scene.parts import LightForm
 from gpu.settings import Quality, RenderSettings
+from server.refusals import reason
 
 PROTOCOL = 2
 SUBPROTOCOL = "lumenwalk"
@@ -406,4 +407,4 @@ def describe(error: ValidationError) -> str:
     """The first problem of a validation in one line: the field and what it must be."""
     first = error.errors(include_url=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"])
-    return f"{place}: {first['msg']}" if place else str(first["msg"])
+    return f"{place}: {reason(first)}" if place else reason(first)

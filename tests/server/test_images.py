@@ -157,9 +157,18 @@ def test_write_replaces_whole_files_only(tmp_path: Path, monkeypatch: pytest.Mon
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_an_output_that_cannot_be_written_is_said_before_the_work(tmp_path: Path) -> None:
+def test_an_output_that_cannot_be_written_is_said_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert check_output(tmp_path / "a.PNG") == ".png"
-    with pytest.raises(ImageError, match="folder"):
-        check_output(tmp_path / "no" / "a.png")
-    with pytest.raises(ImageError, match="not an image format"):
-        check_output(tmp_path / "a")
+    (tmp_path / "folder.png").mkdir()
+    for name, sentence in {
+        "no/a.png": "the folder .*no does not exist",
+        "folder.png": "folder.png: is a folder; name a file in it",
+        "a": "a: a file without a suffix: not an image format",
+    }.items():
+        with pytest.raises(ImageError, match=sentence):
+            check_output(tmp_path / name)
+    monkeypatch.setattr("server.images.os.access", lambda *_: False)
+    with pytest.raises(ImageError, match="cannot be written to"):
+        check_output(tmp_path / "a.png")

@@ -88,7 +88,7 @@ def test_a_film_follows_a_camera_that_an_animation_moves(
         ("still.png", ["--path", "PATH"], "still.png: is one file for the many pictures of --path; number them"),
         ("%d%d.png", ["--path", "PATH"], "%d%d.png: is one file for the many"),
         ("%x%d.png", ["--path", "PATH"], "%x%d.png: is one file for the many"),
-        ("%04d.gif", ["--path", "PATH"], ".gif: not an image format"),
+        ("%04d.gif", ["--path", "PATH"], "0001.gif: .gif: not an image format"),
         ("none/film.mp4", ["--path", "PATH"], "none/film.mp4: the folder none does not exist"),
         ("film.mp4", ["--path", "PATH", "--camera", "0"], "--camera: is of one picture; leave it out, or --path"),
         ("film.mp4", ["--path", "PATH", "--fps", "0"], "--fps: Input should be greater than or equal to 1"),
