@@ -196,17 +196,16 @@ def struct_array(struct: Any, rows: np.ndarray, device: wp.Device) -> wp.array:
     return array
 
 
-def with_changes(array: wp.array, before: np.ndarray, now: np.ndarray) -> wp.array:
-    """A copy of an `array`, which holds what is in `before`, with what is in `now`: 32-bit numbers in rows that are as
-    many. From the first row that differs to the last one it comes from the host.
+def write_changes(array: wp.array, before: np.ndarray, now: np.ndarray) -> tuple[int, int]:
+    """Have an `array` that holds what is in `before` hold what is in `now`: 32-bit numbers in rows that are as many.
+    From the first row that differs, which is returned, to before the last one, they come from the host.
     """
-    copied = wp.clone(array)
-    if now is not before:
-        rows = np.flatnonzero(now.view(np.int32) != before.view(np.int32)) // now.shape[1]
-        if len(rows):
-            begin, end = int(rows[0]), int(rows[-1]) + 1
-            copied[begin:end].assign(now[begin:end])
-    return copied
+    rows = np.zeros(0, np.intp) if now is before else np.flatnonzero(now.view(np.int32) != before.view(np.int32))
+    if len(rows) == 0:
+        return 0, 0
+    begin, end = int(rows[0]) // now.shape[1], int(rows[-1]) // now.shape[1] + 1
+    array[begin:end].assign(now[begin:end])
+    return begin, end
 
 
 def alike(struct: Any, one: Any, other: Any) -> bool:

@@ -4,6 +4,9 @@ That takes a hundredth of the time of a new tree. Rays look at more boxes the fa
 they would in any other tree.
 """
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import warp as wp
 
 from gpu.core.constants import FAR_AWAY
@@ -51,17 +54,19 @@ def bvh_refit_kernel(first: int, bvh: Bvh, begin: int) -> None:
             bvh.bounds[6 * node + 2 * axis + 1][slot] = upper[axis]
 
 
-def refitted(bvh: Bvh, vertices: wp.array, triangles: wp.array, begin: int) -> Bvh:
-    """A tree of the same nodes over the same triangles, where these are now.
+def copied(bvh: Bvh) -> Bvh:
+    """The same tree in arrays of its own."""
+    tree = Bvh()
+    for name in ("bounds", "children", "corners", "faces", "levels"):
+        setattr(tree, name, wp.clone(getattr(bvh, name)))
+    return tree
+
+
+def refit(bvh: Bvh, levels: Sequence[int], vertices: wp.array, triangles: wp.array, begin: int) -> None:
+    """Have a tree, whose `levels` the host knows, follow its triangles to where these are now.
 
     vertices (vertex,); triangles (triangle,): their corners, those of the tree from `begin` on.
     """
-    device = vertices.device
-    fitted = Bvh()
-    for name in ("bounds", "children", "corners", "faces", "levels"):
-        setattr(fitted, name, wp.clone(getattr(bvh, name)))
-    launch(bvh_move_corners_kernel, len(fitted.faces), [fitted, vertices, triangles, begin], device)
-    levels = bvh.levels.numpy()
-    for start, end in zip(levels[-2::-1].tolist(), levels[:0:-1].tolist(), strict=True):
-        launch(bvh_refit_kernel, end - start, [fitted, start], device)
-    return fitted
+    launch(bvh_move_corners_kernel, len(bvh.faces), [bvh, vertices, triangles, begin], vertices.device)
+    for start, end in pairwise(levels[::-1]):
+        launch(bvh_refit_kernel, start - end, [bvh, end], vertices.device)

@@ -51,8 +51,13 @@ def ray_cost_kernel(first: int, bvh: Bvh, most: int, costs: wp.array[int]) -> No
 def ray_costs(bvh: Bvh, chosen: RayCostParameters = RAY_COST_PARAMETERS) -> Ints:
     """At how many nodes and triangles of a tree rays to its triangles look, shape (ray,), at most `chosen.most`."""
     costs = wp.zeros(chosen.rays, dtype=int, device=bvh.faces.device)
-    launch(ray_cost_kernel, chosen.rays, [bvh, chosen.most, costs], bvh.faces.device)
+    count_looks(bvh, costs, chosen)
     return np.asarray(costs.numpy())
+
+
+def count_looks(bvh: Bvh, costs: wp.array, chosen: RayCostParameters = RAY_COST_PARAMETERS) -> None:
+    """As `ray_costs`, into an array of a device (ray,)."""
+    launch(ray_cost_kernel, chosen.rays, [bvh, chosen.most, costs], bvh.faces.device)
 
 
 def check_ray_cost(scene: Scene, bvh: Bvh) -> None:

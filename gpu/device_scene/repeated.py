@@ -1,7 +1,8 @@
 """Which triangles lie in the place of others, corner on corner.
 
 A ray that passes one passes all of them, whatever tree they are in: a million in one place, which are a file of a few
-megabytes, take a ray as long as a million tests. One of them shows all that there is to see.
+megabytes, take a ray as long as a million tests. One of them shows all that there is to see: rays meet them to the bit
+alike, and of such the first one (gpu.device_scene.bvh), so that a tree that has all of them shows the same.
 """
 
 import warp as wp
@@ -10,6 +11,8 @@ from warp.utils import radix_sort_pairs
 from gpu.core.device import launch
 from gpu.core.radix_sort import iota_kernel, running_total
 from gpu.device_scene.data import SceneData
+
+NO_TWIN = wp.constant(-1)
 
 
 @wp.func
@@ -56,17 +59,13 @@ def equal_corners(scene: SceneData, one: int, other: int, looks: bool) -> bool:
 
 @wp.func
 def equal_triangles(scene: SceneData, one: int, other: int, looks: bool) -> bool:
-    """Whether two triangles have one material and equal corners in the same sense, from whichever corner on."""
+    """Whether two triangles have one material and equal corners in the same order."""
     if scene.triangle_material[one] != scene.triangle_material[other]:
         return False
     a = scene.triangles[one]
     b = scene.triangles[other]
-    for _ in range(3):
-        equal = equal_corners(scene, a[0], b[0], looks) and equal_corners(scene, a[1], b[1], looks)
-        if equal and equal_corners(scene, a[2], b[2], looks):
-            return True
-        b = wp.vec3i(b[1], b[2], b[0])
-    return False
+    equal = equal_corners(scene, a[0], b[0], looks) and equal_corners(scene, a[1], b[1], looks)
+    return equal and equal_corners(scene, a[2], b[2], looks)
 
 
 @wp.kernel
@@ -78,22 +77,25 @@ def triangle_key_kernel(first: int, scene: SceneData, begin: int, looks: bool, k
     b = corner_key(scene, corner[1], looks)
     c = corner_key(scene, corner[2], looks)
     three = wp.uint64(3)
-    around = mixed(three * a + b) + mixed(three * b + c) + mixed(three * c + a)
-    keys[number] = around + mixed(wp.uint64(scene.triangle_material[begin + number]))
+    keys[number] = mixed(three * (three * a + b) + c) + mixed(wp.uint64(scene.triangle_material[begin + number]))
 
 
 @wp.kernel
-def distinct_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64],
-                    order: wp.array[int], kept: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in the `order` of ascending keys: whether its triangle is none of those before, 1 or 0."""
+def twin_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64],
+                order: wp.array[int], twins: wp.array[int], kept: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place in the `order` of ascending keys: one of those before that its triangle equals, or NO_TWIN,
+    where kept is 1, else 0.
+    """
     place = first + wp.tid()
     number = order[place]
+    twins[number] = NO_TWIN
     kept[number] = 1
     if place == 0:
         return
     if keys[place] != keys[place - 1]:
         return
     if equal_triangles(scene, begin + number, begin + order[place - 1], looks):
+        twins[number] = order[place - 1]
         kept[number] = 0
 
 
@@ -105,18 +107,19 @@ def list_kept_kernel(first: int, kept: wp.array[int], totals: wp.array[int], lis
         listed[totals[number] - 1] = number
 
 
-def distinct(scene: SceneData, begin: int, end: int, *, looks: bool) -> wp.array:
+def distinct(scene: SceneData, begin: int, end: int, *, looks: bool) -> tuple[wp.array, wp.array]:
     """The triangles from `begin` to `end`, numbered from `begin` and ascending, of which none equals an earlier one: by
-    its material and the positions of its corners; looks: by all else but their normals, too.
+    its material and the positions of its corners; looks: by all else but their normals, too. And, of each, one that it
+    equals, or NO_TWIN: those that lie in one place form a chain.
     """
     count, device = end - begin, scene.vertices.device
     keys = wp.empty(2 * count, dtype=wp.uint64, device=device)
-    order, kept, totals = (wp.empty(size, dtype=int, device=device) for size in (2 * count, count, count))
+    order, twins, kept, totals = (wp.empty(size, dtype=int, device=device) for size in (2 * count, *3 * (count,)))
     launch(triangle_key_kernel, count, [scene, begin, looks, keys], device)
     launch(iota_kernel, count, [order], device)
     radix_sort_pairs(keys, order, count)
-    launch(distinct_kernel, count, [scene, begin, looks, keys, order, kept], device)
+    launch(twin_kernel, count, [scene, begin, looks, keys, order, twins, kept], device)
     running_total(kept, totals)
     listed = wp.empty(int(totals[-1:].numpy()[0]), dtype=int, device=device)
     launch(list_kept_kernel, count, [kept, totals, listed], device)
-    return listed
+    return listed, twins

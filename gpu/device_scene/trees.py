@@ -5,13 +5,8 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
-from gpu.device_scene.bvh_refit import refitted
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.ray_cost import RAY_COST_PARAMETERS, ray_costs
 from gpu.device_scene.repeated import distinct
-
-# Of what rays looked at before: where a tree that is fitted to what has moved costs them more, another is made.
-MOST_COST = 1.5
 
 
 @wp.kernel
@@ -40,7 +35,7 @@ def tree_over(scene: SceneData, culled: wp.array, begin: int, end: int, *, looks
     cuts holes, are different.
     """
     device = scene.vertices.device
-    listed = distinct(scene, begin, end, looks=looks)
+    listed, _ = distinct(scene, begin, end, looks=looks)
     indices = wp.empty(3 * len(listed), dtype=int, device=device)
     own = wp.empty(len(listed), dtype=float, device=device)
     launch(listed_corners_kernel, len(listed), [scene.triangles, culled, begin, listed, indices, own], device)
@@ -48,17 +43,3 @@ def tree_over(scene: SceneData, culled: wp.array, begin: int, end: int, *, looks
     if len(listed) < end - begin:
         launch(number_faces_kernel, len(listed), [listed, tree.faces], device)
     return tree
-
-
-def tree_of_moved(
-    scene: SceneData, known: Bvh, usual: float, begin: int, end: int, *, looks: bool = False
-) -> "Bvh | None":
-    """The tree `known` where its triangles are now; None where it does not fit: some were, or are, repeated, or rays
-    would look at much more than the `usual` (gpu.device_scene.ray_cost) that they look at in the mean in `known`.
-    """
-    if not len(distinct(scene, begin, end, looks=looks)) == end - begin == len(known.faces):
-        return None
-    fitted = refitted(known, scene.vertices, scene.triangles, begin)
-    costs = ray_costs(fitted)
-    dear = costs.max() >= RAY_COST_PARAMETERS.most or costs.mean() > MOST_COST * usual
-    return None if dear else fitted

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array, with_changes
+from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array, write_changes
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
+from gpu.device_scene.bvh_refit import copied
 from gpu.device_scene.data import (
     BASE_COLOR,
     COAT,
@@ -33,14 +34,18 @@ from gpu.device_scene.data import (
     TextureData,
 )
 from gpu.device_scene.environment import upload_environment
+from gpu.device_scene.extents import extents_of, renewed, solid_vertices
 from gpu.device_scene.features import SceneFeatures, features_of_any, has_specular, scene_features
-from gpu.device_scene.ray_cost import check_ray_cost, ray_costs
-from gpu.device_scene.trees import tree_of_moved, tree_over
+from gpu.device_scene.moved_tree import MovedTree, TreeFacts, facts_of
+from gpu.device_scene.ray_cost import check_ray_cost
+from gpu.device_scene.trees import tree_over
 from gpu.scene.types import (
     AlphaMode,
     Doubles,
     Environment,
+    Floats,
     Ints,
+    Mask,
     Material,
     Scene,
     Texture,
@@ -49,6 +54,7 @@ from gpu.scene.types import (
     same_picture,
 )
 
+_BOTH = "_with_panes"  # the name of the tree over opaque triangles and panes
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
 _MATERIAL = layout_of(MaterialData)
 # What materials and their rows call the same.
@@ -153,7 +159,9 @@ class DeviceScene:
         self.scene = scene
         self.general = lender is not None and lender.general
         self._features: dict[bool, SceneFeatures] = {}  # by whether surfaces are Lambertian
-        self._ray_costs: dict[str, float] = {}
+        # Of trees by name: what the host knows of them, once anything has moved, and what fits them in this state.
+        self._tree_facts: dict[str, TreeFacts] = {}
+        self._moved: dict[str, MovedTree] = {}
         # Of vertices and triangles, those that other scenes have, too, in the same arrays, with what goes with them.
         self._lent: frozenset[str] = frozenset()
         self.device = choose_device(device)
@@ -185,7 +193,8 @@ class DeviceScene:
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
         data.one_sided = bool(culled.any())
-        self._set_trees()
+        for name in self._groups():
+            self._make_tree(name)
 
     def generalised(self, *, general: bool = True) -> DeviceScene:
         """The same scene, in the same arrays, which is `general` or not."""
@@ -202,41 +211,70 @@ class DeviceScene:
             return features_of_any(has)
         return scene_features(self.scene, lambertian=lambertian, **assumed) if any(assumed.values()) else has
 
-    def edited(self, scene: Scene) -> DeviceScene:
+    def edited(self, scene: Scene, *, in_place: bool = False) -> DeviceScene:
         """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
 
         Both share textures, and triangles unless there are others, or rays meet a material otherwise than before, as
         glass that becomes rough; and where these are unless something has moved.
+
+        in_place: nobody needs this one any more, so that things may move in its arrays; `settle` then tells whether its
+        trees still fit.
         """
         known = self.scene
-        kinds = [_kind(it) for it in scene.materials] == [_kind(it) for it in known.materials]
+        same = scene.materials is known.materials
+        kinds = same or [_kind(it) for it in scene.materials] == [_kind(it) for it in known.materials]
         if scene.triangles is not known.triangles or not kinds:
             return DeviceScene(scene, str(self.device), self)
         other = copy(self)
-        other._lent = frozenset({"vertices", "triangles"})
         other.scene, other.data = scene, duplicate(SceneData, self.data)
-        same = same_materials(scene.materials, known.materials)
-        if same:
-            other.data.materials = wp.clone(self.data.materials)
-        else:
+        if not in_place:
+            other._lent, other._moved = frozenset({"vertices", "triangles"}), {}
+        same = same or same_materials(scene.materials, known.materials)
+        if not same:
             other._set_materials(self)
-        other._set_sky(self)
+        elif not in_place:
+            other.data.materials = wp.clone(self.data.materials)
+        if not (in_place and scene.sky is known.sky):
+            other._set_sky(self)
         if not (same and type(scene.sky) is type(known.sky) and len(scene.lights) == len(known.lights)):
             other._features = {}
         if scene.vertices is not known.vertices or scene.normals is not known.normals:
             other._move(known)
+            if not in_place:
+                other.settle()
         return other
 
     def _move(self, known: Scene) -> None:
-        """Have arrays of its own of where things are; the ones it has, and its trees, are of the state `known`."""
-        self._lent -= {"vertices"}
-        for name in ("solid_radius", "_with_panes"):
-            self.__dict__.pop(name, None)
+        """Have things where they are now, in arrays of its own; it has those, and trees, of the state `known`."""
         data, scene = self.data, self.scene
-        data.vertices = with_changes(data.vertices, known.vertices, scene.vertices)
-        data.normals = with_changes(data.normals, known.normals, scene.normals)
-        usual, self._ray_costs = self._ray_costs, {}
-        self._set_trees(usual)
+        for name, (tree, begin, end) in self._trees().items():
+            if name not in self._tree_facts:
+                self._tree_facts[name] = facts_of(data, tree, begin, end, looks=name == "masked")
+        if "vertices" in self._lent:
+            self._lent -= {"vertices"}
+            data.vertices, data.normals = wp.clone(data.vertices), wp.clone(data.normals)
+            for name, (tree, _, _) in self._trees().items():
+                self._set_tree(name, copied(tree))
+        rows = write_changes(data.vertices, known.vertices, scene.vertices)
+        write_changes(data.normals, known.normals, scene.normals)
+        self._extents = renewed(self._extents, scene.vertices, self._solid, *rows)
+        self.__dict__.pop("solid_radius", None)
+        for name, (tree, _, _) in self._trees().items():
+            facts = self._tree_facts[name]
+            if not facts.has_any(*rows):
+                continue
+            if not facts.holds(scene.vertices):
+                self._make_tree(name)
+                continue
+            if name not in self._moved:
+                self._moved[name] = MovedTree(facts, self.device)
+            self._moved[name].fit(tree, data)
+
+    def settle(self) -> None:
+        """Have new trees where those that were fitted to what has moved cost rays too much."""
+        for name, moved in [*self._moved.items()]:
+            if moved.is_dear():
+                self._make_tree(name)
 
     def own_features(self, *, lambertian: bool) -> SceneFeatures:
         """What it has (gpu.device_scene.features), looked for once."""
@@ -244,20 +282,34 @@ class DeviceScene:
             self._features[lambertian] = scene_features(self.scene, lambertian=lambertian)
         return self._features[lambertian]
 
-    def _set_trees(self, usual: dict[str, float] | None = None) -> None:
-        """usual: there are trees, of where the same triangles were; what rays look at in these, where that is known."""
-        data, begin = self.data, 0
+    def _groups(self) -> dict[str, tuple[int, int]]:
+        """The trees that there are to be, and from where to where their triangles are."""
+        data, begin, groups = self.data, 0, {}
         counts = data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count
         for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
             if count:
-                tree, looks = None, name == "masked"
-                if usual is not None:
-                    known = getattr(data, name)
-                    if name not in usual:
-                        usual[name] = float(ray_costs(known).mean())
-                    tree = tree_of_moved(data, known, usual[name], begin, begin + count, looks=looks)
-                setattr(data, name, tree or self._tree(begin, begin + count, looks=looks))
+                groups[name] = begin, begin + count
             begin += count
+        if _BOTH in self.__dict__:
+            groups[_BOTH] = 0, data.opaque_count + data.pane_count
+        return groups
+
+    def _trees(self) -> dict[str, tuple[Bvh, int, int]]:
+        """Those that there are."""
+        return {
+            name: (self.__dict__[name] if name == _BOTH else getattr(self.data, name), begin, end)
+            for name, (begin, end) in self._groups().items()
+        }
+
+    def _set_tree(self, name: str, tree: Bvh) -> None:
+        setattr(self if name == _BOTH else self.data, name, tree)
+
+    def _make_tree(self, name: str) -> None:
+        """Have a new tree in the place of one that may have been fitted."""
+        begin, end = self._groups()[name]
+        self._moved.pop(name, None)
+        self._tree_facts = {one: facts for one, facts in self._tree_facts.items() if one != name}
+        self._set_tree(name, self._tree(begin, end, looks=name == "masked"))
 
     def can_become(self, other: DeviceScene) -> bool:
         """Whether `become` can be called with `other`: it has the same geometry, or as much where this has its own, and
@@ -265,8 +317,8 @@ class DeviceScene:
         """
         if any(getattr(other.data, name) is not getattr(self.data, name) for name in self._lent):
             return False
-        if other.data.vertices is not self.data.vertices:
-            panes = self.__dict__.get("_with_panes")
+        if other.scene.vertices is not self.scene.vertices:
+            panes = self.__dict__.get(_BOTH)
             if not (panes is None or alike(Bvh, panes, other._with_panes)):
                 return False
         return alike(SceneData, self.data, other.data) and all(
@@ -277,9 +329,9 @@ class DeviceScene:
     def become(self, other: DeviceScene) -> None:
         """Be `other` from now on, in the arrays that there are, which renderers read."""
         own = {"data": self.data, "_lent": self._lent}
-        if "_with_panes" in self.__dict__:
-            own["_with_panes"] = self._with_panes
-            if other.data.vertices is not self.data.vertices:
+        if _BOTH in self.__dict__:
+            own[_BOTH] = self._with_panes
+            if other.scene.vertices is not self.scene.vertices:
                 overwrite(Bvh, self._with_panes, other._with_panes)
         overwrite(SceneData, self.data, other.data)
         self.__dict__.clear()
@@ -352,16 +404,22 @@ class DeviceScene:
         return tuple(np.split(np.argsort(materials, kind="stable").astype(np.int32), ends[:-1]))
 
     @cached_property
+    def _solid(self) -> Mask | None:
+        return solid_vertices(self.scene)
+
+    @cached_property
+    def _extents(self) -> Floats:
+        return extents_of(self.scene.vertices, self._solid)
+
+    @cached_property
     def solid_radius(self) -> float:
         """Of the sphere about the origin that holds what light can meet: all but a backdrop."""
-        vertices, backdrop = self.scene.vertices, np.array([material.backdrop for material in self.scene.materials])
-        if backdrop.any():
-            vertices = vertices[self.scene.triangles[~backdrop[self.scene.triangle_material]].reshape(-1)]
-        return float(np.linalg.norm([np.abs(vertices[:, axis]).max() for axis in range(3)]))
+        return float(np.linalg.norm(self._extents.max(axis=0)))
 
     @cached_property
     def _with_panes(self) -> Bvh:
         """A tree over opaque triangles and panes together."""
+        self._tree_facts = {one: facts for one, facts in self._tree_facts.items() if one != _BOTH}
         return self._tree(0, self.data.opaque_count + self.data.pane_count)
 
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:

@@ -61,7 +61,8 @@ class LightSets:
         """
         scene = self._device_scene
         table = light_table_after(self.table, scene, edited)
-        same_suns = edited.data.vertices is scene.data.vertices and suns_of(edited.scene) == suns_of(scene.scene)
+        edited.settle()
+        same_suns = edited.scene.vertices is scene.scene.vertices and suns_of(edited.scene) == suns_of(scene.scene)
         table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False

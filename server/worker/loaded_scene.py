@@ -56,12 +56,14 @@ def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = No
     before: with other edits, which nobody needs any more: becomes what is wanted where its arrays are as large and
     kernels need to know no more, so that its renderers go on.
     """
-    lender = loaded
     if before is not None and shape_of(before.edits) == shape_of(edits):
-        lender = before
-    shape = before.shape if before is lender else shaped(loaded.scene, edits, DEVICE_SHARING.pause)
+        shape = before.shape
+    else:
+        shape = shaped(loaded.scene, edits, DEVICE_SHARING.pause)
     scene = shown(shape, edits)
-    device_scene = lender.device_scene.edited(scene)
+    goes_on = before is not None and before.shape.triangles is shape.triangles
+    lender = before if before is not None and goes_on else loaded
+    device_scene = lender.device_scene.edited(scene, in_place=goes_on)
     if before is not None and before.light_sets.follow(device_scene):
         before.scene, before.shape, before.edits = scene, shape, edits
         return before

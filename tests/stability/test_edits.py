@@ -20,6 +20,8 @@ from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edi
 from gpu.scene.types import Doubles, Light, LightKind, Sky
 from gpu.settings import Component, Method, RenderSettings, Skips
 from gpu.vpl.light_sets import LightSets
+from server.wire.worker import SceneRef
+from server.worker.loaded_scene import LoadedScene, edit
 
 SIZE = (24, 18)
 # Any bit of what was before would show, however few of anything there are.
@@ -86,14 +88,11 @@ def room() -> DeviceScene:
 @settings(max_examples=2, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck))
 def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[SceneEdits]) -> None:
     base, options = room(), RenderSettings(**COUNTS, method=method)
-    now = base.edited(base.scene)
-    sets = LightSets(now)
-    renderer = Renderer(now, SIZE, options, light_sets=sets)
+    loaded, state = LoadedScene(SceneRef("room", "room"), base.scene, base, LightSets(base), base.scene), None
     for step in steps:
-        state = base.edited(edited(base.scene, step))
-        if not sets.follow(state):
-            sets = LightSets(state)
-            renderer = Renderer(state, SIZE, options, light_sets=sets)
+        before, state = state, edit(loaded, step, state)
+        if state is not before:
+            renderer = Renderer(state.device_scene, SIZE, options, light_sets=state.light_sets)
         found = renderer.render(CAMERA)
         anew = DeviceScene(edited(base.scene, step), "cpu")
         assert found.radiance().tobytes() == Renderer(anew, SIZE, options).render(CAMERA).radiance().tobytes()
@@ -110,8 +109,8 @@ def test_a_walk_keeps_nothing_of_the_light_before_but_where_things_are(method: M
         now = base.edited(edited(base.scene, edits[0]))
         sets = LightSets(now)
         renderer = Renderer(now, SIZE, options, light_sets=sets)
-        for number, edit in enumerate(edits):
-            assert number == 0 or sets.follow(base.edited(edited(base.scene, edit)))
+        for number, step in enumerate(edits):
+            assert number == 0 or sets.follow(base.edited(edited(base.scene, step)))
             picture = renderer.render(rotated(CAMERA, 0.3 * number), walks=True).radiance().tobytes()
         return picture
 

@@ -19,7 +19,7 @@ from gpu.core.device import (
     layout_of,
     overwrite,
     struct_array,
-    with_changes,
+    write_changes,
 )
 from gpu.core.lane import CUDA_FRAMES
 from gpu.core.sharing import DEVICE_SHARING
@@ -203,13 +203,13 @@ def test_rows_of_structs_are_put_on_a_device() -> None:
     assert found["b"].tolist() == [4, 5, 2**32 - 1]
 
 
-@pytest.mark.parametrize("changed", [[], [2, 5]])
-def test_rows_that_changed_are_put_into_a_copy_of_an_array(changed: list[int]) -> None:
+@pytest.mark.parametrize(("changed", "rows"), [([], (0, 0)), ([2, 5], (2, 6))])
+def test_rows_that_changed_are_written_into_an_array(changed: list[int], rows: tuple[int, int]) -> None:
     before = np.random.default_rng(1).random((8, 3), np.float32)
     before[:, 0] = 0.0
     now = before.copy()
     now[changed] *= -1.0  # -0 is another number, too
     array = wp.array(before, dtype=wp.vec3, device="cpu")
-    found = with_changes(array, before, now)
-    assert found.numpy().tobytes() == now.tobytes()
-    assert array.numpy().tobytes() == before.tobytes()
+    assert write_changes(array, before, now) == rows
+    assert array.numpy().tobytes() == now.tobytes()
+    assert write_changes(array, now, now) == (0, 0)

@@ -5,7 +5,7 @@ from devices import DEVICES
 
 from gpu.device_scene.bvh import MAX_LEVELS, Bvh
 from gpu.device_scene.bvh_build import NO_NODE, build
-from gpu.device_scene.bvh_refit import refitted
+from gpu.device_scene.bvh_refit import copied, refit
 from gpu.scene.types import Doubles
 
 
@@ -40,11 +40,13 @@ def test_boxes_follow_what_is_in_them_as_closely_as_those_of_a_new_tree(count: i
     vertices, triangles, _ = arrays(np.concatenate([first, after]), device)
     bvh = build(*arrays(before.astype(np.float32), device)[::2], culled)
     kept = [getattr(bvh, name).numpy().copy() for name in ("bounds", "corners", "children", "faces")]
-    fitted = refitted(bvh, vertices, triangles, 2)
+    fitted, levels = copied(bvh), bvh.levels.numpy().tolist()
+    refit(fitted, levels, vertices, triangles, 2)
     found = fitted.corners.numpy().reshape(-1, 3, 4)
     assert np.array_equal(found[:, :, :3], after[bvh.faces.numpy()])
     assert np.array_equal(found[:, 0, 3], bvh.faces.numpy() % 2)
-    again = refitted(fitted, *arrays(before.astype(np.float32), device)[:2], 0)
+    again = copied(fitted)
+    refit(again, levels, *arrays(before.astype(np.float32), device)[:2], 0)
     for name, values in zip(("bounds", "corners", "children", "faces"), kept, strict=True):
         assert np.array_equal(getattr(bvh, name).numpy(), values)  # which stays as it was
         assert np.array_equal(getattr(again, name).numpy(), values)

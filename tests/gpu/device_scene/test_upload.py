@@ -6,11 +6,12 @@ import pytest
 from emitters import POINT
 from scenes import box, grey, quad, resident_of, scene_of
 
+from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import DeviceError
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
-from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Material, Scene, Texture, TextureSlot
 
 MASKED = Material(alpha_mode=AlphaMode.MASK)
 FLOOR, WALL = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0], 0), quad([-0.5, 0, -0.5], [1, 0, 0], [0, 1, 0], 1)
@@ -109,6 +110,41 @@ def test_what_moved_takes_the_place_of_what_was_in_arrays_of_its_own() -> None:
     state.become(base)
     assert np.array_equal(both.corners.numpy(), base.view(lambertian=True).opaque.corners.numpy())
     assert state.can_become(other)
+
+
+def trees_of(scene: DeviceScene) -> dict[str, Bvh]:
+    return {"opaque": scene.data.opaque, "panes": scene.data.panes, "both": scene.view(lambertian=True).opaque}
+
+
+@pytest.mark.parametrize("dear", [False, True])
+def test_what_nobody_needs_any_more_moves_in_its_arrays(dear: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And trees that cost rays too much there are made anew."""
+    glass = Material(transmission=1.0, roughness=0.0)
+    small = quad([0.1, 0.2, -0.5], [0.2, 0, 0], [0, 0.2, 0], 0)
+    sky = [quad([-9, 0, -9], [0, 0, 18], [18, 0, 0], 2)]
+    quads = [FLOOR, replace(WALL, name="block"), replace(small, name="block"), *sky]
+    base = resident_of(quads, [grey(0.5), glass, Material(backdrop=True)])
+
+    def moved(by: float) -> Scene:
+        return edited(base.scene, SceneEdits(objects={"block": ObjectEdit(offset=(0.0, 0.0, by))}))
+
+    state = base.edited(moved(0.1))
+    arrays, trees = state.data.vertices, trees_of(state)
+    if dear:
+        monkeypatch.setattr("gpu.device_scene.moved_tree.MOST_COST", 0.0)
+    now = state.edited(moved(0.05), in_place=True)
+    now.settle()
+    assert now.data.vertices is arrays
+    anew = DeviceScene(now.scene, "cpu")
+    assert np.array_equal(arrays.numpy(), anew.data.vertices.numpy())
+    assert now.solid_radius == anew.solid_radius
+    assert now.data.backdrop.corners is state.data.backdrop.corners  # which nothing moves in
+    for name, tree in trees_of(now).items():
+        assert (tree.corners is trees[name].corners) is not dear
+        same = trees_of(anew)[name]
+        orders = [np.argsort(one.faces.numpy()) for one in (tree, same)]
+        corners = [one.corners.numpy().reshape(-1, 12)[order] for one, order in zip((tree, same), orders, strict=True)]
+        assert np.array_equal(*corners)
 
 
 def test_what_a_scene_has_is_looked_for_again_where_an_edit_may_change_it() -> None:
