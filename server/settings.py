@@ -3,6 +3,7 @@
 A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__MAX_TRIANGLES=1000000.
 """
 
+import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -232,7 +233,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
 def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = None) -> ServerSettings:
     """The settings from `file`, the environment and `flags` (whose None means "not given").
 
-    Raises UserError with the field and what is wrong with it.
+    Raises UserError with the field and what is wrong with it, and with the file if it is that.
     """
     given = {name: value for name, value in (flags or {}).items() if value is not None}
     if file is not None and not file.is_file():
@@ -244,8 +245,15 @@ def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = No
     try:
         return FromFile(**given)
     except ValidationError as error:
-        raise UserError(f"settings: {describe(error)}") from None
+        field = str(next(iter(error.errors()[0]["loc"]), ""))
+        raise UserError(f"{_source(field, file, given)}: {describe(error)}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{file}: not a TOML file: {error}") from None
     except SettingsError as error:
         raise UserError(f"settings: {error}") from None
+
+
+def _source(field: str, file: Path | None, given: Mapping[str, Any]) -> str:
+    """Where a wrong field is to be mended: in the file, if that has it and neither a flag nor the environment does."""
+    elsewhere = field in given or f"LUMENWALK_{field}".upper() in os.environ
+    return str(file) if file and not elsewhere and field in tomllib.loads(file.read_text()) else "settings"

@@ -1,4 +1,8 @@
 import re
+import shlex
+from argparse import ArgumentParser
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -8,6 +12,7 @@ from gpu.renderer import MAX_SIDE
 from gpu.scene import edits
 from gpu.settings import Method, RenderSettings, Skips
 from server import jobs, service
+from server.cli.main import _parser
 from server.http import connection, http_protocol, metered, middleware
 from server.rest import render, requests
 from server.scenes import archives, checker, uploads
@@ -15,6 +20,8 @@ from server.settings import ServerSettings
 from server.walk import stream, viewer
 from server.wire import camera_path
 from tests.bench.__main__ import PARTS
+from tests.bench.__main__ import parser as bench_parser
+from tests.load.options import parser as load_parser
 from tests.server.test_imports import FLOOR
 
 ROOT = Path(__file__).parents[1]
@@ -93,6 +100,28 @@ def test_parts_of_the_benchmark_named_exist() -> None:
     }
     assert named
     assert named <= set(PARTS)
+
+
+@pytest.mark.parametrize(
+    ("command", "parser"),
+    [
+        (r"lumenwalk (?=serve|render|compare|info|warm)", _parser),
+        (r"python -m tests\.bench ", bench_parser),
+        (r"python -m tests\.load ", load_parser),
+    ],
+)
+def test_commands_named_are_understood(command: str, parser: Callable[[], ArgumentParser]) -> None:
+    text = "\n".join(page.read_text().replace("\\\n", " ") for page in WRITTEN)
+    commands = re.findall(rf"^(?:    )?(?:[A-Z_]+=\S+ )*{command}(.+)$", text, re.M)
+    assert len(commands) > 3
+    for arguments in commands:
+        parser().parse_args(shlex.split(arguments, comments=True))
+
+
+def test_modules_named_exist() -> None:
+    named = {name for page in WRITTEN for name in re.findall(r"python -m (tests\.[\w.]*\w)", page.read_text())}
+    assert "tests.bench.sparse" in named
+    assert all(find_spec(name) for name in named)
 
 
 @pytest.mark.parametrize(

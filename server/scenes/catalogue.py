@@ -34,7 +34,7 @@ class Catalogue:
     ) -> None:
         """options: how the served file is read. UserError when the served scene or the folder does not exist."""
         if folder is not None and not folder.is_dir():
-            raise UserError(f"{folder}: the scenes folder does not exist")
+            raise UserError(f"{folder}: there is no such folder of scenes; make it, or name another")
         if served not in BUILTIN and not Path(served).is_file():
             raise UserError(
                 f"{served}: there is no such file, nor a built-in scene of that name ({', '.join(BUILTIN)})"

@@ -37,7 +37,17 @@ def test_flags_win_over_the_environment_which_wins_over_the_file(
 def test_a_wrong_file_is_refused_with_the_place(tmp_path: Path, text: str, complaint: str) -> None:
     file = tmp_path / "lumenwalk.toml"
     file.write_text(text)
-    with pytest.raises(UserError, match=complaint):
+    with pytest.raises(UserError, match=f"lumenwalk.toml: {complaint}"):
+        load_settings(file)
+
+
+def test_a_wrong_flag_is_not_said_to_be_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "lumenwalk.toml"
+    file.write_text("port = 9000\nmax_viewers = 8")
+    with pytest.raises(UserError, match=r"^settings: port"):
+        load_settings(file, {"port": 70000})
+    monkeypatch.setenv("LUMENWALK_MAX_VIEWERS", "0")
+    with pytest.raises(UserError, match=r"^settings: max_viewers"):
         load_settings(file)
 
 

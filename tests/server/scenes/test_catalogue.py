@@ -75,7 +75,7 @@ def test_built_in_scenes_are_found_by_name() -> None:
 def test_what_does_not_exist_is_not_served(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no such file"):
         Catalogue(str(tmp_path / "gone.glb"), None)
-    with pytest.raises(UserError, match="does not exist"):
+    with pytest.raises(UserError, match="no such folder of scenes"):
         Catalogue("cornell-box", tmp_path / "gone")
 
 
