@@ -10,12 +10,13 @@ import warp as wp
 
 from gpu.clustering.grid import separation
 from gpu.core.device import launch
+from gpu.core.intrinsics import lanes_of
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.indirect.illumination import Told
 from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, disk_level, reaches
-from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, covered_disk
+from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, covered_disk, disk_places
 from gpu.lights.photon_tree import PhotonTree
 
 
@@ -52,9 +53,11 @@ class CutMap:
 
 
 @wp.kernel
-def cut_disk_kernel(first: int, scene: SceneData, cut: CutNodes, lit: CutMap) -> None:
-    """One thread a node of the cut: how far it reaches."""
-    entry = first + wp.tid()
+def cut_disk_kernel(first: int, lanes: int, scene: SceneData, cut: CutNodes, lit: CutMap) -> None:
+    """`lanes` threads a node of the cut: how far it reaches."""
+    index = first + wp.tid()
+    entry = index // lanes
+    lane = index % lanes
     if entry >= cut.count[0]:
         return
     radius = lit.sites.radius[entry]
@@ -64,13 +67,15 @@ def cut_disk_kernel(first: int, scene: SceneData, cut: CutNodes, lit: CutMap) ->
     reach = wp.min(reach, lit.chosen.most_reach)
     position = lit.tree.photons.position[lit.sites.photon[entry]]
     normal = lit.tree.photons.normal[lit.sites.photon[entry]]
-    lit.position[entry] = position
-    lit.normal[entry] = normal
-    lit.reach[entry] = reach
-    lit.free[entry] = 0.0
+    free = float(0.0)
     if lit.sites.free[entry] > 0.0:
-        disk = covered_disk(scene, lit.sites.alike, position, normal, reach, entry, lit.tree.leaves)
-        lit.free[entry] = disk.free
+        places = disk_places(entry, lit.tree.leaves)
+        free = covered_disk(scene, lit.sites.alike, position, normal, reach, places, lane, lanes).free
+    if lane == 0:
+        lit.position[entry] = position
+        lit.normal[entry] = normal
+        lit.reach[entry] = reach
+        lit.free[entry] = free
 
 
 @wp.func
@@ -122,5 +127,6 @@ class CutLight:
         """Choose the cut for the photons that there are now, and tell the irradiance at its nodes."""
         cut, lit = self.cut, self.lit
         cut.choose(scene)
-        launch(cut_disk_kernel, cut.size, [scene, cut.nodes, lit], cut.device)
+        lanes = lanes_of(cut.device, few=True)
+        launch(cut_disk_kernel, lanes * cut.size, [lanes, scene, cut.nodes, lit], cut.device)
         self._disks.build(lit.position, lit.normal, lit.free, self._whole, cut.nodes.count)

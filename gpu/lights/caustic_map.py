@@ -11,7 +11,8 @@ from math import pi, sqrt
 
 import warp as wp
 
-from gpu.core.device import allocate, launch
+from gpu.core.device import RAY_REGISTERS, allocate, launch
+from gpu.core.intrinsics import lanes_of
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.disk_coverage import crossed
@@ -28,6 +29,7 @@ from gpu.lights.photon_density import (
     PhotonSites,
     allocate_sites,
     covered_disk,
+    disk_places,
     neighbours,
 )
 from gpu.lights.photon_map import Photons, gather_photons_kernel
@@ -55,31 +57,32 @@ def widest_radius(paths: int, chosen: CausticParameters = CAUSTIC_PARAMETERS) ->
     return min(sqrt(NEIGHBOURS * chosen.spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
 
 
-@wp.kernel
-def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters, wider: float,
-                       sites: PhotonSites) -> None:  # fmt: skip
-    """One thread a photon: the disk over which its light is spread, somewhat `wider` than that of the photons nearest
-    to it. Its flux grows by what of that is no surface, where light is lost.
+@wp.kernel(cuda_max_registers=RAY_REGISTERS)
+def photon_disk_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                       wider: float, sites: PhotonSites) -> None:  # fmt: skip
+    """`lanes` threads a photon: the disk over which its light is spread, somewhat `wider` than that of the photons
+    nearest to it. Its flux grows by what of that is no surface, where light is lost.
     """
-    photon = first + wp.tid()
+    index = first + wp.tid()
+    photon = index // lanes
+    lane = index % lanes
     sites.photon[photon] = photon
     if photon >= sites.count[0]:
         return
     photons = tree.photons
     position = photons.position[photon]
     normal = photons.normal[photon]
-    found = neighbours(tree, sites.alike, photon, chosen.most_radius)
-    radius = wider * found.distance[0]
+    found = neighbours(tree, sites.alike, photon, chosen.most_radius, lane, lanes)
+    radius = wider * found.radius
     radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
-    disk = covered_disk(scene, sites.alike, position, normal, radius, photon, tree.leaves)
-    sites.radius[photon] = radius
-    sites.free[photon] = 0.0
+    disk = covered_disk(scene, sites.alike, position, normal, radius, disk_places(photon, tree.leaves), lane, lanes)
     whole = disk.share == 1.0
     if whole:  # as far as places of the disk tell, between which thin walls stand
-        whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight)
-    if whole:
-        sites.free[photon] = radius
-    photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
+        whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight, lane, lanes)
+    if lane == 0:
+        sites.radius[photon] = radius
+        sites.free[photon] = wp.where(whole, radius, 0.0)
+        photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
 
 
 @wp.struct
@@ -127,8 +130,9 @@ class CausticMap:
         ends.put_in_order()
         launch(gather_photons_kernel, ends.room, [ends.order, ends.raw, light.tree.photons], ends.device)
         build_tree(light.tree)
-        inputs = [scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
-        launch(photon_disk_kernel, ends.room, inputs, ends.device)
+        lanes = lanes_of(ends.device, few=True)
+        inputs = [lanes, scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
+        launch(photon_disk_kernel, lanes * ends.room, inputs, ends.device)
         self._sort_disks()
 
     def _sort_disks(self) -> None:

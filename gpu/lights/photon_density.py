@@ -10,7 +10,8 @@ import warp as wp
 
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, separation
 from gpu.core.constants import PI, TWO_PI
-from gpu.core.device import allocate, launch
+from gpu.core.device import RAY_REGISTERS, allocate, launch
+from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.rays import closest_hit, unblocked
@@ -84,28 +85,36 @@ def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, p
     return unblocked(scene, tree.photons.position[photon], tree.photons.normal[photon], position, normal)
 
 
-@wp.kernel(module="unique", module_options={"fast_math": True})
-def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameters, sites: PhotonSites) -> None:
-    """One thread a site: flux per area of the disk that the photons nearest to it fill."""
-    site = first + wp.tid()
+@wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
+def photon_density_kernel(first: int, lanes: int, tree: PhotonTree, chosen: DensityParameters,
+                          sites: PhotonSites) -> None:  # fmt: skip
+    """`lanes` threads a site: flux per area of the disk that the photons nearest to it fill."""
+    index = first + wp.tid()
+    site = index // lanes
+    lane = index % lanes
     if site >= sites.count[0]:
         return
     own = sites.photon[site]
     photons = tree.photons
-    found = neighbours(tree, sites.alike, own, chosen.most_radius)
-    radius = found.distance[0]
-    total = photons.flux[own] * chosen.own_share
-    last = wp.where(photons.bounce[own] + 1 >= photons.bounces, total, wp.vec3(0.0, 0.0, 0.0))
+    found = neighbours(tree, sites.alike, own, chosen.most_radius, lane, lanes)
+    total = wp.vec3(0.0, 0.0, 0.0)
+    last = wp.vec3(0.0, 0.0, 0.0)
+    if lane == 0:
+        total = photons.flux[own] * chosen.own_share
+        last = wp.where(photons.bounce[own] + 1 >= photons.bounces, total, last)
     for place in range(wp.static(NEIGHBOURS)):
         other = found.photon[place]
-        if other >= 0 and found.distance[place] < radius:
+        if other >= 0 and found.distance[place] < found.radius:
             total += photons.flux[other]
             if photons.bounce[other] + 1 >= photons.bounces:
                 last += photons.flux[other]
-    area = wp.max(PI * radius * radius, 1.0e-20)
-    sites.radius[site] = radius
-    sites.irradiance[site] = total / area
-    sites.earlier[site] = (total - last) / area
+    total = vector_sum(total, lanes)
+    last = vector_sum(last, lanes)
+    area = wp.max(PI * found.radius * found.radius, 1.0e-20)
+    if lane == 0:
+        sites.radius[site] = found.radius
+        sites.irradiance[site] = total / area
+        sites.earlier[site] = (total - last) / area
 
 
 @wp.struct
@@ -117,24 +126,30 @@ class Covered:
 
 
 @wp.func
+def disk_places(number: int, salt: int) -> wp.vec2:
+    """How the places are turned and shifted, 0 to 1 each, where a numbered disk is looked at."""
+    turn = float(hashed(wp.uint32(number))) * TO_UNIT
+    return wp.vec2(turn, float(hashed(wp.uint32(number) ^ wp.uint32(salt))) * TO_UNIT)
+
+
+@wp.func
 def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec3, normal: wp.vec3, radius: float,
-                 number: int, salt: int) -> Covered:  # fmt: skip
-    """How much of a disk about a surface point is surface. number, salt: where it is looked for follows from these.
+                 places: wp.vec2, lane: int, lanes: int) -> Covered:  # fmt: skip
+    """How much of a disk about a surface point is surface. places: where it is looked for, as of disk_places.
+    Each of the `lanes` (gpu.core.intrinsics) of a point looks at places of its own.
 
     The surface ends at its edge, and where something stands on it, which is looked for as far as the disk reaches:
     thin walls stand between places.
     """
-    turn = float(hashed(wp.uint32(number))) * TO_UNIT
-    shift = float(hashed(wp.uint32(number) ^ wp.uint32(salt))) * TO_UNIT
     height = radius / alike.plane_weight
     frame = orthonormal(normal)
     above = position + normal * height
     covered = float(0.0)
     whole = float(0.0)
     free = float(radius)
-    for place in range(PLACES):
-        angle = TWO_PI * (turn + GOLDEN_TURN * float(place))
-        out = (float(place) + shift) / float(PLACES)
+    for place in range(lane, PLACES, lanes):
+        angle = TWO_PI * (places[0] + GOLDEN_TURN * float(place))
+        out = (float(place) + places[1]) / float(PLACES)
         direction = frame * wp.vec3(wp.cos(angle), wp.sin(angle), 0.0)
         standing = closest_hit(scene, above, direction, radius)
         hit = Hit()
@@ -161,34 +176,42 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
         covered += share
         whole += out
     disk = Covered()
-    disk.share = covered / whole
-    disk.free = free
+    disk.share = float_sum(covered, lanes) / float_sum(whole, lanes)
+    disk.free = float_least(free, lanes)
     return disk
 
 
-@wp.kernel(module="unique", module_options={"fast_math": True})
-def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+@wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
+def covered_density_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
                            sites: PhotonSites) -> None:  # fmt: skip
-    """One thread a site: its irradiance becomes that of the part of its disk that is surface."""
-    site = first + wp.tid()
+    """`lanes` threads a site: its irradiance becomes that of the part of its disk that is surface."""
+    index = first + wp.tid()
+    site = index // lanes
+    lane = index % lanes
     if site >= sites.count[0]:
         return
     position = tree.photons.position[sites.photon[site]]
     normal = tree.photons.normal[sites.photon[site]]
-    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], site, tree.leaves)
-    share = wp.max(disk.share, chosen.least_covered)
-    sites.irradiance[site] = sites.irradiance[site] / share
-    sites.earlier[site] = sites.earlier[site] / share
-    sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
+    places = disk_places(site, tree.leaves)
+    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], places, lane, lanes)
+    if lane == 0:
+        share = wp.max(disk.share, chosen.least_covered)
+        sites.irradiance[site] = sites.irradiance[site] / share
+        sites.earlier[site] = sites.earlier[site] / share
+        sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
 
 
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
     """Fill in radius and irradiance of the `sites`, as if their disks were surface all over."""
-    launch(photon_density_kernel, len(sites.photon), [tree, chosen, sites], sites.photon.device)
+    device = sites.photon.device
+    lanes = lanes_of(device, few=True)
+    launch(photon_density_kernel, lanes * len(sites.photon), [lanes, tree, chosen, sites], device)
 
 
 def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
                         chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
     """Fill in radius, irradiance and how far around is free of the `sites`, on the surfaces of `scene`."""
     estimate_density(tree, sites, chosen)
-    launch(covered_density_kernel, len(sites.photon), [scene, tree, chosen, sites], sites.photon.device)
+    device = sites.photon.device
+    lanes = lanes_of(device, few=True)
+    launch(covered_density_kernel, lanes * len(sites.photon), [lanes, scene, tree, chosen, sites], device)

@@ -14,6 +14,7 @@ from gpu.clustering.grid import ClusteringParameters, separation
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import bit_count, float_least, place_of_least
 from gpu.core.range_tree import NodeDistances, NodeStack, levels_of, run_begin, run_holding
 from gpu.lights.photon_map import Photons
 
@@ -149,25 +150,33 @@ def least_separation(node: PhotonNode, alike: ClusteringParameters, facing: int,
 def photon_search(number: int) -> wp.Function:
     """The function that finds the `number` photons nearest to one of them, on its side.
 
-    search(tree, alike, own, reach) has `distance` and `photon`, vectors of `number` elements, the farthest first; −1
-    where there are no more within `reach`. Distances are stretched along the normals, and those of photons with unlike
-    normals are not looked at (`alike`): what arrives on the other side of a wall or on the wall beside tells nothing,
-    nor does it widen the estimate.
+    search(tree, alike, own, reach, lane, lanes) has `radius`, the distance of the farthest, or `reach` where there are
+    fewer within that; and `distance` and `photon` of those that a lane (gpu.core.intrinsics) keeps, in the first
+    number / lanes elements: −1 where there are no more within `reach`. Distances are stretched along the normals, and
+    those of photons with unlike normals are not looked at (`alike`): what arrives on the other side of a wall or on the
+    wall beside tells nothing, nor does it widen the estimate.
 
     It begins at the photon's own leaf and goes on with what lies beside the way from there to the root, from below:
     from the root down, whatever comes first fills the list, and three times as many photons get into it. The list is a
     heap, whose first element is the farthest: in a sorted one half of all would move for each that comes.
+
+    Lanes walk the tree together, down to leaves with as many times more photons, and look at a photon each. Every lane
+    has a heap; what comes nearer than the farthest of all takes the place of that, so all heaps together hold the same
+    photons as one would. Some searches read ten thousand photons, where many are near but few alike, and a GPU would
+    wait for the one thread that does.
     """
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
 
     @wp.struct
     class NearestPhotons:
+        radius: float
         distance: distances
         photon: indices
 
     @wp.func
-    def search(tree: PhotonTree, alike: ClusteringParameters, own: int, reach: float) -> NearestPhotons:
+    def search(tree: PhotonTree, alike: ClusteringParameters, own: int, reach: float, lane: int,
+               lanes: int) -> NearestPhotons:  # fmt: skip
         # In vectors of their own: one in a struct is copied whole wherever its elements are numbered by a variable.
         near_distance = distances()
         near_photon = indices()
@@ -178,22 +187,26 @@ def photon_search(number: int) -> wp.Function:
         normal = tree.photons.normal[own]
         facing = directions_about(normal, alike.normal_threshold)
         count = tree.photons.count[0]
-        home = tree.leaves + run_holding(count, tree.levels, own)
+        held = wp.static(number) // lanes
+        farthest = float(reach)
+        above = wp.min(bit_count(wp.uint32(lanes - 1)), tree.levels)
+        levels = tree.levels - above
+        leaves = tree.leaves >> above
+        home = leaves + (run_holding(count, tree.levels, own) >> above)
         stack = NodeStack()
         least = NodeDistances()
-        for level in range(tree.levels):
-            beside = (home >> (tree.levels - 1 - level)) ^ 1
+        for level in range(levels):
+            beside = (home >> (levels - 1 - level)) ^ 1
             stack[level] = beside
             least[level] = least_separation(tree.nodes[beside], alike, facing, position, normal)
-        stack[tree.levels] = home
-        top = tree.levels + 1
+        stack[levels] = home
+        top = levels + 1
         while top > 0:
             top -= 1
             node = stack[top]
-            farthest = near_distance[0]
             if least[top] >= farthest:
                 continue
-            if node < tree.leaves:
+            if node < leaves:
                 left = least_separation(tree.nodes[2 * node], alike, facing, position, normal)
                 right = least_separation(tree.nodes[2 * node + 1], alike, facing, position, normal)
                 swap = wp.where(left <= right, 1, 0)
@@ -206,27 +219,38 @@ def photon_search(number: int) -> wp.Function:
                     least[top] = wp.min(left, right)
                     top += 1
                 continue
-            leaf = node - tree.leaves
-            for photon in range(run_begin(count, tree.levels, leaf), run_begin(count, tree.levels, leaf + 1)):
-                photon_normal = tree.photons.normal[photon]
-                if photon != own and wp.dot(photon_normal, normal) > alike.normal_threshold:
-                    distance = separation(alike, position, normal, tree.photons.position[photon], photon_normal)
-                    if distance < near_distance[0]:
+            end = run_begin(count, levels, node - leaves + 1)
+            for begin in range(run_begin(count, levels, node - leaves), end, lanes):
+                distance = float(FAR_AWAY)
+                photon = begin + lane
+                if photon < end and photon != own:
+                    photon_normal = tree.photons.normal[photon]
+                    if wp.dot(photon_normal, normal) > alike.normal_threshold:
+                        distance = separation(alike, position, normal, tree.photons.position[photon], photon_normal)
+                nearest = float_least(distance, lanes)
+                while nearest < farthest:
+                    nearer = place_of_least(distance, photon, lanes)
+                    if lane == place_of_least(-near_distance[0], lane, lanes):
                         place = int(0)
                         child = int(1)
-                        while child < wp.static(number):
-                            sibling = wp.min(child + 1, wp.static(number - 1))
+                        while child < held:
+                            sibling = wp.min(child + 1, held - 1)
                             child = wp.where(near_distance[sibling] > near_distance[child], sibling, child)
-                            if near_distance[child] <= distance:
-                                child = wp.static(number)
+                            if near_distance[child] <= nearest:
+                                child = held
                             else:
                                 near_distance[place] = near_distance[child]
                                 near_photon[place] = near_photon[child]
                                 place = child
                                 child = 2 * place + 1
-                        near_distance[place] = distance
-                        near_photon[place] = photon
+                        near_distance[place] = nearest
+                        near_photon[place] = nearer
+                    if photon == nearer:
+                        distance = FAR_AWAY
+                    farthest = -float_least(-near_distance[0], lanes)
+                    nearest = float_least(distance, lanes)
         found = NearestPhotons()
+        found.radius = farthest
         found.distance = near_distance
         found.photon = near_photon
         return found

@@ -2,11 +2,23 @@ import numpy as np
 import pytest
 import warp as wp
 from photons import photons_of, separations, two_sided_square
-from scenes import grey, quad, resident_of
+from scenes import column, grey, quad, resident_of, results
 
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
+from gpu.core.intrinsics import CUDA_LANES
 from gpu.core.parameters import parameters
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.disk_coverage import crossed
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.photon_density import NEIGHBOURS, DensityParameters, PhotonSites, allocate_sites, estimate_irradiance
+from gpu.lights.photon_density import (
+    NEIGHBOURS,
+    DensityParameters,
+    PhotonSites,
+    allocate_sites,
+    covered_disk,
+    disk_places,
+    estimate_irradiance,
+)
 from gpu.lights.photon_map import Photons
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
@@ -113,3 +125,36 @@ def test_a_disk_off_its_surface_is_believed_to_be_the_least(square: DeviceScene)
     photons = photons_of(positions + np.float32([0.0, 0.3, 0.0]), normals, np.tile(FLUX, (3, 1)))
     sites = estimated(square, photons, most_radius=0.01, least_covered=0.2)
     assert sites.irradiance.numpy() == pytest.approx(np.tile(2.5 * FLUX / (np.pi * 0.01**2), (3, 1)), rel=1e-3)
+
+
+@wp.kernel
+def disk_kernel(first: int, lanes: int, scene: SceneData, alike: ClusteringParameters, position: wp.array[wp.vec3],
+                radius: float, out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """What each of `lanes` threads of a disk that faces up sees of it, where no warp exchanges it."""
+    index = first + wp.tid()
+    point, lane = index // lanes, index % lanes
+    up = wp.vec3(0.0, 1.0, 0.0)
+    disk = covered_disk(scene, alike, position[point], up, radius, disk_places(point, 7), lane, lanes)
+    beside = crossed(scene, position[point], up, radius, 0.1 * radius, lane, lanes)
+    out[index] = wp.vec3(disk.share, disk.free, wp.where(beside, 1.0, 0.0))
+
+
+def test_lanes_share_the_places_of_a_disk() -> None:
+    floor = quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    wall = quad((0.0, 0.0, -0.5), (0.0, 0.0, 1.0), (0.0, 0.2, 0.0))
+    scene = resident_of([floor, wall], [grey(0.7)])
+    placement, out = scene.scene.placement, np.random.default_rng(5).uniform(-0.48, 0.48, (60, 2))
+    points = np.stack([out[:, 0], np.zeros(60), out[:, 1]], axis=1)
+    places = column((points - placement.centre) * placement.scale, wp.vec3)
+
+    def seen(lanes: int) -> Floats:
+        inputs = [lanes, scene.view(lambertian=True), CLUSTERING_PARAMETERS, places, 0.1]
+        return results(disk_kernel, lanes * 60, inputs, wp.vec3).reshape(60, lanes, 3)
+
+    one, each = seen(1)[:, 0], seen(CUDA_LANES)
+    assert 10 < (one[:, 0] == 1.0).sum() < 50
+    assert np.array_equal((each[..., 0] == 1.0).all(axis=1), one[:, 0] == 1.0)
+    assert np.array_equal(each[..., 1].min(axis=1), one[:, 1])
+    assert 5 < one[:, 2].sum() < 55
+    assert np.array_equal(each[..., 2].max(axis=1), one[:, 2])
+    assert (each[..., 1].max(axis=1) > one[:, 1])[one[:, 1] < 0.1].mean() > 0.9

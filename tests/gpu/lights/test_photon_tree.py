@@ -1,12 +1,15 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import NEEDS_CUDA
 from photons import photons_of, separations, two_sided_square
 from scenes import column
 
-from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
+from gpu.core.intrinsics import CUDA_LANES
+from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites, estimate_density, neighbours
 from gpu.lights.photon_density import photon_density_kernel as search_kernel
-from gpu.lights.photon_tree import allocate_tree, build_tree, direction_number, directions_about
+from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree, direction_number, directions_about
 
 CPU = wp.get_device("cpu")
 COS = 0.8660254
@@ -65,10 +68,58 @@ def test_the_search_finds_the_nearest_on_its_side(usual: int | None) -> None:
     sites = allocate_sites(count, CPU)
     sites.photon.assign(np.arange(count, dtype=np.int32))
     sites.count.fill_(count)
-    wp.launch(search_kernel, count, inputs=[0, tree, DENSITY_PARAMETERS, sites], device=CPU)
+    wp.launch(search_kernel, count, inputs=[0, 1, tree, DENSITY_PARAMETERS, sites], device=CPU)
     radius = sites.radius.numpy()
     for photon in range(0, count, 29):
         away = separations(positions[photon], normals[photon], positions, normals)
         away[photon] = np.inf
         wanted = min(np.sort(away)[NEIGHBOURS - 1], DENSITY_PARAMETERS.most_radius)
         assert radius[photon] == pytest.approx(wanted, rel=1e-4)
+
+
+@wp.kernel
+def lanes_kernel(first: int, lanes: int, tree: PhotonTree, alike: ClusteringParameters, reach: float,
+                 found: wp.array2d[int]) -> None:  # fmt: skip
+    """What each of `lanes` threads of a photon keeps, where no warp exchanges it."""
+    index = first + wp.tid()
+    nearest = neighbours(tree, alike, index // lanes, reach, index % lanes, lanes)
+    for place in range(wp.static(NEIGHBOURS) // lanes):
+        found[index, place] = nearest.photon[place]
+
+
+def test_each_lane_looks_at_photons_of_its_own() -> None:
+    """On a GPU lanes tell each other; here each keeps the nearest of those that it has looked at."""
+    count, held = 700, NEIGHBOURS // CUDA_LANES
+    positions, normals = two_sided_square(count)
+    tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)))
+    build_tree(tree)
+    found = wp.zeros((CUDA_LANES * count, held), dtype=int, device=CPU)
+    inputs = [0, CUDA_LANES, tree, CLUSTERING_PARAMETERS, 0.5, found]
+    wp.launch(lanes_kernel, CUDA_LANES * count, inputs=inputs, device=CPU)
+    leaves = tree.leaves // CUDA_LANES
+    begins = np.arange(leaves) * count // leaves
+    lane_of = (np.arange(count) - begins[np.searchsorted(begins, np.arange(count), "right") - 1]) % CUDA_LANES
+    for photon in range(0, count, 97):
+        away = separations(positions[photon], normals[photon], positions, normals)
+        away[photon] = np.inf
+        for lane in range(CUDA_LANES):
+            wanted = np.argsort(np.where(lane_of == lane, away, np.inf))[:held]
+            assert set(found.numpy()[CUDA_LANES * photon + lane]) == set(wanted)
+
+
+@NEEDS_CUDA
+def test_lanes_of_a_gpu_find_together_what_one_thread_does() -> None:
+    count, device = 700, wp.get_device("cuda:0")
+    photons = photons_of(*two_sided_square(count), np.random.default_rng(2).uniform(size=(count, 3)))
+    for name in ("position", "normal", "flux", "bounce", "count"):
+        setattr(photons, name, getattr(photons, name).to(device))
+    tree = allocate_tree(photons)
+    build_tree(tree)
+    alone, together = allocate_sites(count, device), allocate_sites(count, device)
+    for sites in (alone, together):
+        sites.photon.assign(np.arange(count, dtype=np.int32))
+        sites.count.fill_(count)
+    wp.launch(search_kernel, count, inputs=[0, 1, tree, DENSITY_PARAMETERS, alone], device=device)
+    estimate_density(tree, together)
+    assert np.array_equal(together.radius.numpy(), alone.radius.numpy())
+    assert np.allclose(together.irradiance.numpy(), alone.irradiance.numpy(), rtol=1e-5)
