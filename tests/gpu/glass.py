@@ -8,7 +8,6 @@ import warp as wp
 from scenes import box, grey, quad, resident_of
 from trimesh.creation import icosphere
 
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.caustic_casters import caustic_casters
@@ -41,12 +40,11 @@ def bulb(*position: float, intensity: float = 1.0) -> Light:
 
 def mirror_over_floor(*lights: Light, parts: Sequence[MeshPart] = (), roughness: float = 0.0) -> DeviceScene:
     """A mirror of 0.2 by 0.2 that lies in the middle of a room, facing down, over the room's floor; parts: more;
-    roughness: of metal instead.
+    roughness: of metal instead. It is shown by general kernels, which other tests compile as well.
     """
     mirror = quad([-0.1, 0.0, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 0)
-    return resident_of(
-        [mirror, *box(1), *parts], [replace(MIRROR, roughness=roughness), grey(0.5)], lights=list(lights)
-    )
+    materials = [replace(MIRROR, roughness=roughness), grey(0.5)]
+    return resident_of([mirror, *box(1), *parts], materials, lights=list(lights)).generalised()
 
 
 def caustics_of(
@@ -55,7 +53,7 @@ def caustics_of(
     """The caustic map of a scene; share: of the width of its estimates."""
     caustics = CausticMap(paths, bounces, device_scene.device)
     caustics.light.share.fill_(share)
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.generalised().features(lambertian=False)
     seeds = wp.full(1, seed, dtype=int, device=device_scene.device)
     scene, table = device_scene.view(lambertian=False), build_light_table(device_scene)
     caustics.trace(scene, table, caustic_casters(device_scene), seeds, features)

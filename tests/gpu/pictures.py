@@ -26,7 +26,7 @@ def mirror_room() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     mirror = quad((-0.3, -0.3, -0.45), (0.6, 0.0, 0.0), (0.0, 0.5, 0.0), 2)
     polished = Material(base_color=(0.9, 0.9, 0.9, 1.0), metallic=1.0, roughness=0.0)
-    return resident_of([*box(), lamp, mirror], [grey(0.7), grey(0.0, 5.0), polished])
+    return resident_of([*box(), lamp, mirror], [grey(0.7), grey(0.0, 5.0), polished]).generalised()
 
 
 def picture(device_scene: DeviceScene, **settings: object) -> Floats:

@@ -27,7 +27,7 @@ class Room:
     def __init__(self, roughness: float) -> None:
         plate = quad((-0.3, -0.3, -0.3), (0.6, 0.0, 0.0), (0.0, 0.6, 0.0), 1)
         metal = Material(base_color=(0.9, 0.7, 0.5, 1.0), metallic=1.0, roughness=roughness)
-        device_scene = resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), metal])
+        device_scene = resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), metal]).generalised()
         choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
         lights = LightSets(device_scene)
         self.cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))

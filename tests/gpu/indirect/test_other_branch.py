@@ -22,7 +22,7 @@ def seen(thickness: float) -> tuple[Doubles, Doubles]:
     front = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
     back = quad([-0.49, -0.49, -thickness], [0, 0.98, 0], [0.98, 0, 0], 1)
     parts = [*box(), front, back][: 8 if thickness else 7]
-    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), glass])
+    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), glass]).generalised()
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
