@@ -52,4 +52,6 @@ def reason(problem: Mapping[str, Any]) -> str:
         return "is not known here; check its name"
     if problem["type"] == "too_short":
         return f"needs {problem['ctx']['min_length']} or more, has {problem['ctx']['actual_length']}"
-    return str(problem["msg"]).removeprefix("Value error, ")
+    if problem["type"] == "missing":
+        return "is missing"
+    return str(problem["msg"]).removeprefix("Value error, ").replace("Input should be", "must be")

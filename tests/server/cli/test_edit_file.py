@@ -19,8 +19,8 @@ def test_a_file_of_edits_is_read(tmp_path: Path) -> None:
         (None, "cannot be read"),
         ("{", "Invalid JSON"),
         ("\xff", "Invalid JSON"),
-        ("[1]", "Input should be an object"),
-        ('{"lights": {"lamp": {"on": 2}}}', "lights.lamp.on: Input should be a valid boolean"),
+        ("[1]", "must be an object"),
+        ('{"lights": {"lamp": {"on": 2}}}', "lights.lamp.on: must be a valid boolean"),
     ],
 )
 def test_what_is_wrong_with_it_is_said(text: str | None, words: str, tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_a_film_follows_a_camera_that_an_animation_moves(
         ("%04d.gif", ["--path", "PATH"], "0001.gif: .gif: not an image format"),
         ("none/film.mp4", ["--path", "PATH"], "none/film.mp4: the folder none does not exist"),
         ("film.mp4", ["--path", "PATH", "--camera", "0"], "--camera: is of one picture; leave it out, or --path"),
-        ("film.mp4", ["--path", "PATH", "--fps", "0"], "--fps: Input should be greater than or equal to 1"),
+        ("film.mp4", ["--path", "PATH", "--fps", "0"], "--fps: must be greater than or equal to 1"),
         ("film.mp4", ["--path", "PATH", "--size", "47x32"], "size: a video needs even sides"),
         ("film.mp4", ["--path", "LOST"], "keyframes[1].camera: cornell-box has no camera 'attic'"),
     ],
@@ -127,8 +127,8 @@ def test_a_path_file_is_read_with_care(tmp_path: Path) -> None:
     file = tmp_path / "path.json"
     for content, sentence in (
         ("{", "Invalid JSON"),
-        ("[]", "Input should be an object"),
-        ("{}", "keyframes: Field required"),
+        ("[]", "must be an object"),
+        ("{}", "keyframes: is missing"),
         (" " * 2**20 + "{}", "is larger than the 1048576 bytes"),
     ):
         file.write_text(content)

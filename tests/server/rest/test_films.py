@@ -51,7 +51,7 @@ def test_a_film_is_a_job_whose_result_plays(running: Running) -> None:
         ({"path": path(1, 0)}, "path.keyframes: times must increase; [1] has 0 after 1"),
         ({"path": path(0, 3600), "film": {"fps": 60}}, "keyframes: 3600 s are 216000 pictures at 60 a second"),
         ({"size": [15, 8]}, "size: a video needs even sides, which 15x8 has not; ask for 16x8"),
-        ({"film": {"codec": "gif"}}, "film.codec: Input should be 'h264' or 'av1'"),
+        ({"film": {"codec": "gif"}}, "film.codec: must be 'h264' or 'av1'"),
         ({"settings": {"samples": 65}}, "settings.samples: 65 is more than this server's limit of 64"),
         ({"camera": 0}, "camera: is not known here"),
     ],

@@ -44,9 +44,9 @@ def test_a_client_can_have_edits_of_its_own(running: Running, monkeypatch: pytes
     ("body", "words"),
     [
         ({"size": [80, 40], "pixel": [80.5, 20]}, "pixel: must be in the picture, from 0, 0 to 80, 40"),
-        ({"size": [80, 40], "pixel": [20, -1]}, "pixel.1: Input should be greater than or equal to 0"),
+        ({"size": [80, 40], "pixel": [20, -1]}, "pixel.1: must be greater than or equal to 0"),
         ({"size": [0, 40], "pixel": [0, 0]}, "size.0: "),
-        ({}, "pixel: Field required"),
+        ({}, "pixel: is missing"),
         ({**LEFT, "camera": {"matrix": [0.0] * 16}}, "must be a rotation"),
     ],
 )

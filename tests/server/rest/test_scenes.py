@@ -297,7 +297,7 @@ def test_a_scene_is_edited_and_tells_what_differs(service: Running) -> None:
         ({"lights": {"moon": {"on": True}}, "materials": {"wall": {"metallic": 1}}}, "lights.moon: the scene has no"),
         ({"lights": {"lamp": {"on": "perhaps"}}}, "lights.lamp.on: "),
         ({"cameras": {}}, "cameras: "),
-        ([], "Input should be"),
+        ([], "must be"),
     ],
 )
 def test_a_wrong_edit_is_refused_with_its_field(running: Running, patch: object, words: str) -> None:

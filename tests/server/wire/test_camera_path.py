@@ -32,8 +32,8 @@ def test_pictures_are_evenly_spaced_from_the_first_keyframe_on() -> None:
     [
         ([{"time": 0, "camera": 0}], "keyframes: needs 2 or more, has 1"),
         ([{"time": 0, "camera": 0}, {"time": 0, "camera": 1}], r"keyframes: times must increase; [1] has 0 after 0"),
-        ([{"time": -1, "camera": 0}, {"time": 0, "camera": 1}], "keyframes.0.time: Input should be greater than or"),
-        ([{"time": 0}, {"time": 1, "camera": 1}], "keyframes.0.camera: Field required"),
+        ([{"time": -1, "camera": 0}, {"time": 0, "camera": 1}], "keyframes.0.time: must be greater than or"),
+        ([{"time": 0}, {"time": 1, "camera": 1}], "keyframes.0.camera: is missing"),
         ([{"time": 0, "camera": 0, "fov": 1}, {"time": 1, "camera": 1}], "keyframes.0.fov: is not known here"),
         (
             [{"time": 0, "camera": LOOK | {"yfov_degrees": 0}}, {"time": 1, "camera": 1}],

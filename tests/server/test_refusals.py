@@ -1,0 +1,34 @@
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from server.refusals import reason
+
+
+class Asked(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    count: int = Field(ge=1)
+    sides: tuple[int, ...] = Field((1, 1), min_length=2)
+
+    @field_validator("count")
+    @classmethod
+    def even(cls, value: int) -> int:
+        if value % 2:
+            raise ValueError("is odd; double it")
+        return value
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"count": 2, "side": 3}, "is not known here; check its name"),
+        ({"count": 2, "sides": [1]}, "needs 2 or more, has 1"),
+        ({}, "is missing"),
+        ({"count": 3}, "is odd; double it"),
+        ({"count": 0}, "must be greater than or equal to 1"),
+    ],
+)
+def test_what_is_wrong_with_a_field_is_said_in_plain_words(given: dict[str, object], words: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        Asked.model_validate(given)
+    assert reason(caught.value.errors()[0]) == words
