@@ -1,7 +1,8 @@
 """A tree that is fitted again and again to where its triangles are (gpu.device_scene.bvh_refit), as while somebody
 drags an object, for as long as rays do not look at much more in it than before.
 
-What the host has to know of it is read once, so that it need not wait for the device in an edit.
+What the host has to know of it is read once, so that it need not wait for the device in an edit; and a GPU replays the
+many small launches as a graph.
 """
 
 from dataclasses import dataclass
@@ -9,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
+from gpu.core.stages import Stages
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_refit import refit
@@ -63,16 +66,24 @@ class MovedTree:
 
     def __init__(self, facts: TreeFacts, device: wp.Device) -> None:
         self.facts = facts
+        self._stages = Stages(device)
         self._costs = StagingBuffer(wp.zeros(RAY_COST_PARAMETERS.rays, dtype=int, device=device))
         self._counted = wp.Event(device) if device.is_cuda else None
 
     def fit(self, tree: Bvh, scene: SceneData) -> None:
         """Have `tree` follow the triangles of `scene`."""
+        arrays = tree.bounds, tree.corners, scene.vertices, scene.triangles
+        self._stages.graph_key = tuple(array.ptr for array in arrays)
+        self._stages.run_untimed(lambda: self._launch(tree, scene))
+        with DEVICE_SHARING.keep():  # a graph has no slices
+            self._stages.flush()
+        if self._counted is not None:
+            wp.get_stream(tree.faces.device).record_event(self._counted)
+
+    def _launch(self, tree: Bvh, scene: SceneData) -> None:
         refit(tree, self.facts.levels, scene.vertices, scene.triangles, self.facts.begin)
         count_looks(tree, self._costs.array)
         self._costs.download()
-        if self._counted is not None:
-            wp.get_stream(tree.faces.device).record_event(self._counted)
 
     def is_dear(self) -> bool:
         """Whether rays look at much more in the tree, as it was fitted last, than they did, or at too much."""

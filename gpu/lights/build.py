@@ -134,7 +134,8 @@ def light_table_after(table: LightTable, before: DeviceScene, now: DeviceScene) 
     if not _same_powers(before, now):
         return build_light_table(now)
     found = duplicate(LightTable, table)
-    found.lights = _lights(now.scene.lights, now.device)
+    if now.scene.lights != before.scene.lights:
+        found.lights = _lights(now.scene.lights, now.device)
     return found
 
 

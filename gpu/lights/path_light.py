@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import warp as wp
 
 from gpu.core.device import duplicate, overwrite
@@ -41,8 +42,8 @@ class PathLight:
         self._scene, self.table = drawn.scene, build_light_table(drawn)
         self.table.suns = suns
         self._materials, self._sky = drawn.data.materials, drawn.data.sky
-        shares = path_light_shares(device_scene.scene)
-        self.shares = wp.array(shares, dtype=wp.vec3, device=device_scene.device)
+        self._shares = path_light_shares(device_scene.scene)
+        self.shares = wp.array(self._shares, dtype=wp.vec3, device=device_scene.device)
 
     def seen_by_paths(self, view: SceneData) -> SceneData:
         """A view of the scene in whose place paths are traced: what emits in it, emits what they are drawn by."""
@@ -54,7 +55,10 @@ class PathLight:
         """Become the light of `edited`, which has as much of everything, and emitters in this `table`; whether paths
         are the same as before. same_suns: their maps are.
         """
-        self.shares.assign(path_light_shares(edited.scene))
+        shares = path_light_shares(edited.scene)
+        if not np.array_equal(shares, self._shares):
+            self._shares = shares
+            self.shares.assign(shares)
         scene = path_light(edited.scene)
         if same_suns and _same_paths(self._scene, scene):
             return True
@@ -63,8 +67,10 @@ class PathLight:
             drawn = edited.edited(scene)
             suns, table = table.suns, build_light_table(drawn)
             table.suns = suns
-        wp.copy(self._materials, drawn.data.materials)
-        wp.copy(self._sky, drawn.data.sky)
+        if drawn.scene.materials is not self._scene.materials:
+            wp.copy(self._materials, drawn.data.materials)
+        if drawn.scene.sky is not self._scene.sky:
+            wp.copy(self._sky, drawn.data.sky)
         overwrite(LightTable, self.table, table)
         self._scene = drawn.scene
         return False

@@ -40,8 +40,8 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float, pause
 def _moved(scene: Scene, motion: Motion, pose: Pose, time: float, pause: Pause) -> Scene:
     """`scene` with what moves with nodes where that is in `pose`, and without meshes that are hidden."""
     rest = at_rest(motion, pause)
-    vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles
-    kept = np.ones(len(triangles), bool)
+    vertices, normals, triangles = scene.vertices, scene.normals, scene.triangles
+    gone = []
     for body, faces in scene.body_triangles:
         pause()
         own = slice(body.first_vertex, body.first_vertex + len(body.vertices))
@@ -56,20 +56,23 @@ def _moved(scene: Scene, motion: Motion, pose: Pose, time: float, pause: Pause) 
         turned = _flat(positions, local) if found.normals is None else found.normals[body.vertices]
         unit = _in_unit_space(scene, positions)
         _check_near(unit, time)
-        vertices[own] = unit
-        normals[own] = repaired_normals(scene.frame.turned(turned), vertices[own], local)
-        kept[faces] = sound(vertices[own].astype(np.float64), local) & (body.node not in pose.hidden)
-    if not kept.any():
+        there = unit.astype(np.float32)
+        vertices = _with_part(vertices, scene.vertices, own, there)
+        repaired = repaired_normals(scene.frame.turned(turned), there, local)
+        normals = _with_part(normals, scene.normals, own, repaired)
+        lost = ~sound(there.astype(np.float64), local) | (body.node in pose.hidden)
+        gone.append(faces.start + np.flatnonzero(lost))
+    material, lost = scene.triangle_material, np.concatenate(gone) if gone else np.zeros(0, np.intp)
+    if len(lost) == len(triangles):
         raise UserError(f"time: at {time:g} s nothing of the scene is visible and has an area")
-    material = scene.triangle_material
-    if not kept.all():
-        triangles, material = triangles[kept], material[kept]
+    if len(lost):
+        triangles, material = np.delete(triangles, lost, axis=0), np.delete(material, lost)
     for node in {*motion.lights, *motion.cameras} - {STILL}:
         _check_near(_in_unit_space(scene, pose.to_world[node, :3, 3]), time)
     return replace(
         scene,
-        vertices=_as_before(vertices, scene.vertices),
-        normals=_as_before(normals, scene.normals),
+        vertices=vertices,
+        normals=normals,
         triangles=triangles,
         triangle_material=material,
         lights=_lights(scene, motion, pose),
@@ -88,9 +91,16 @@ def _check_near(unit: Doubles, time: float) -> None:
         raise UserError(f"time: at {time:g} s the animation takes things farther than can be shown")
 
 
-def _as_before(now: Floats, before: Floats) -> Floats:
-    """The array `before` where `now` has the same values, so that it is known to be the same."""
-    return before if np.array_equal(now, before) else now
+def _with_part(now: Floats, before: Floats, own: slice, part: Floats) -> Floats:
+    """`now` with `part` of it from elsewhere. It is the array `before` itself as long as all is as in that, so that it
+    is known to be the same.
+    """
+    if now is before:
+        if np.array_equal(part, before[own]):
+            return now
+        now = before.copy()
+    now[own] = part
+    return now
 
 
 def _turned_over(triangles: Ints, body: Body, rest: Pose, pose: Pose) -> Mask:

@@ -67,6 +67,8 @@ def with_look(
             materials[channel.part][channel.changes] = value_at(channel, time)
         elif channel.changes in LIGHT_PROPERTIES:
             lights[channel.part][channel.changes] = value_at(channel, time)
+    if not (materials or lights or dark):
+        return scene
     surfaces, punctual = list(scene.materials), list(scene.lights)
     for index, (number, values) in enumerate(materials.items()):
         if index % EVERY == 0:

@@ -62,7 +62,8 @@ class LightSets:
         scene = self._device_scene
         table = light_table_after(self.table, scene, edited)
         edited.settle()
-        same_suns = edited.scene.vertices is scene.scene.vertices and suns_of(edited.scene) == suns_of(scene.scene)
+        suns, moved = suns_of(edited.scene), edited.scene.vertices is not scene.scene.vertices
+        same_suns = suns == suns_of(scene.scene) and not (moved and any(suns[0]))
         table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False

@@ -1,7 +1,8 @@
 """Which of a sun's light matters: that which arrives where random walks from the cameras go (gpu.vpl.camera_walks)."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import warp as wp
 
@@ -55,8 +56,8 @@ def sunlit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertic
                 wp.atomic_add(seen, light, cell, int(wp.ceil(WHOLE * cosine)))
 
 
-def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> Hashable:
-    """What maps of the lights of `scene` depend on besides its geometry."""
+def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> tuple[Sequence[Any], Hashable]:
+    """What maps of the lights of `scene` depend on besides its geometry: what suns there are, and what cameras see."""
     suns = [one.kind is LightKind.DIRECTIONAL and one.direction for one in scene.lights[: chosen.most_lights]]
     return tuple(suns), any(suns) and tuple(camera.view_key for camera in scene.cameras)
 

@@ -14,6 +14,7 @@ from gpu.core.device import (
     allocate,
     choose_device,
     duplicate,
+    identical,
     launch,
     launch_together,
     layout_of,
@@ -181,6 +182,8 @@ def test_what_is_alike_is_overwritten_in_its_arrays() -> None:
         return made
 
     one, other = lit(1.0), lit(2.0)
+    assert identical(one, duplicate(Nested, one))
+    assert not identical(one, lit(1.0))
     held = one.inner.light
     assert alike(Nested, one, other)
     overwrite(Nested, one, other)

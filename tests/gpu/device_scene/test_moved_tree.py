@@ -25,17 +25,18 @@ def test_a_tree_is_dear_where_boxes_have_become_wide(device: str) -> None:
     data, vertices = placed.data, placed.scene.vertices
     facts = facts_of(data, data.opaque, 0, len(placed.scene.triangles), looks=False)
     assert (facts.begin, facts.levels[:2], len(facts.twins)) == (0, (0, 1), 0)
-    tree, moved = copied(data.opaque), MovedTree(facts, placed.device)
+    tree, moved, there = copied(data.opaque), MovedTree(facts, placed.device), duplicate(SceneData, data)
+    there.vertices = wp.clone(data.vertices)
 
     def dear(places: Floats) -> bool:
-        there = duplicate(SceneData, data)
-        there.vertices = wp.array(places, dtype=wp.vec3, device=device)
+        there.vertices.assign(places)
         moved.fit(tree, there)
         return moved.is_dear()
 
     own = vertices.reshape(-1, 6, 3)
     shuffled = np.random.default_rng(2).permutation(own[:, :1]) + own - own[:, :1]
     assert [dear(vertices + 0.1), dear(shuffled.reshape(-1, 3)), dear(vertices)] == [False, True, False]
+    assert np.array_equal(tree.bounds.numpy(), data.opaque.bounds.numpy())
 
 
 def test_triangles_that_were_left_out_have_to_stay_where_others_are() -> None:

@@ -35,6 +35,7 @@ def test_what_does_not_move_stays_the_same_array_of_triangles(tmp_path: Path) ->
     found = at(scene, 0.5)
     assert found.triangles is scene.triangles
     assert found.triangle_material is scene.triangle_material
+    assert found.materials is scene.materials
     assert (found.placement, found.bounds) == (scene.placement, scene.bounds)
 
 
