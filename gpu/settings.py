@@ -158,7 +158,11 @@ class RenderSettings(BaseModel):
     )
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
     frames: int | None = Field(
-        None, ge=1, le=4096, description="frames averaged when still, each with its own rays and pixel positions"
+        None,
+        ge=1,
+        le=4096,
+        description="frames averaged when still, each with its own rays and pixel positions; 1 for stills by command "
+        "or REST, unless told",
     )
     correct: bool = Field(True, description="check what clusters believe of visibility by rays of the pixels shaded")
     near_field: bool = Field(
