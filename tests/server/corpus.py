@@ -5,7 +5,7 @@ import json
 import random
 import struct
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -40,12 +40,12 @@ def samples(shared: Path) -> list[Case]:
     return [_packed(path, True) for path in _gltf_files(shared / "gltf-samples")]
 
 
-def mutated(shared: Path, count: int) -> Iterator[Case]:
-    """Small GLBs with something wrong in them, the same ones each time."""
+def mutated(shared: Path, seeds: Iterable[int]) -> Iterator[Case]:
+    """Small GLBs with something wrong in them, the same one for a seed each time."""
     sound = [path.read_bytes() for path in sorted((shared / "gltf-samples").rglob("*.glb"))]
     sound = [content for content in sound if len(content) < SMALL_BYTES]
     ways: list[Callable[[random.Random, bytearray], bytes]] = [_flip, _flip_header, _cut, _swap, _length, _number]
-    for seed in range(count):
+    for seed in seeds:
         dice = random.Random(seed)
         way = dice.choice(ways)
         yield Case(f"mutated-{seed}.glb", way(dice, bytearray(dice.choice(sound))))

@@ -141,7 +141,9 @@ def run(
             assert thread.is_alive()
             time.sleep(0.005)
         port = listener.getsockname()[1]
-        with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)) as http:
+        # Idle connections go long before the service closes them, which could cross with a request, cores being busy.
+        limits = httpx.Limits(keepalive_expiry=0.5)
+        with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20, limits=limits)) as http:
             yield Running(app.state.service, http, server)
     finally:
         server.should_exit = True
