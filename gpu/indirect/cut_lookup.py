@@ -13,6 +13,8 @@ from gpu.core.device import launch
 from gpu.core.intrinsics import lanes_of
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.indirect.illumination import Told
 from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, disk_level, reaches
@@ -52,30 +54,38 @@ class CutMap:
     free: wp.array[float]
 
 
-@wp.kernel
-def cut_disk_kernel(first: int, lanes: int, scene: SceneData, cut: CutNodes, lit: CutMap) -> None:
-    """`lanes` threads a node of the cut: how far it reaches."""
-    index = first + wp.tid()
-    entry = index // lanes
-    lane = index % lanes
-    if entry >= cut.count[0]:
-        return
-    radius = lit.sites.radius[entry]
-    photons = float(lit.tree.photons.count[0]) / float(1 << cut.level[entry])
-    widest = lit.chosen.most_radii * radius * wp.sqrt(wp.max(photons / float(wp.static(NEIGHBOURS)), 1.0))
-    reach = lit.chosen.reach * wp.clamp(node_size(lit.tree, cut.node[entry]), radius, widest)
-    reach = wp.min(reach, lit.chosen.most_reach)
-    position = lit.tree.photons.position[lit.sites.photon[entry]]
-    normal = lit.tree.photons.normal[lit.sites.photon[entry]]
-    free = float(0.0)
-    if lit.sites.free[entry] > 0.0:
-        places = disk_places(entry, lit.tree.leaves)
-        free = covered_disk(scene, lit.sites.alike, position, normal, reach, places, lane, lanes).free
-    if lane == 0:
-        lit.position[entry] = position
-        lit.normal[entry] = normal
-        lit.reach[entry] = reach
-        lit.free[entry] = free
+@made_for("masks", "alpha")
+def cut_disk_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique")
+    def cut_disk_kernel(first: int, lanes: int, scene: SceneData, cut: CutNodes, lit: CutMap) -> None:
+        """`lanes` threads a node of the cut: how far it reaches."""
+        index = first + wp.tid()
+        scene = specialise(scene)
+        entry = index // lanes
+        lane = index % lanes
+        if entry >= cut.count[0]:
+            return
+        radius = lit.sites.radius[entry]
+        photons = float(lit.tree.photons.count[0]) / float(1 << cut.level[entry])
+        widest = lit.chosen.most_radii * radius * wp.sqrt(wp.max(photons / float(wp.static(NEIGHBOURS)), 1.0))
+        reach = lit.chosen.reach * wp.clamp(node_size(lit.tree, cut.node[entry]), radius, widest)
+        reach = wp.min(reach, lit.chosen.most_reach)
+        position = lit.tree.photons.position[lit.sites.photon[entry]]
+        normal = lit.tree.photons.normal[lit.sites.photon[entry]]
+        free = float(0.0)
+        if lit.sites.free[entry] > 0.0:
+            places = disk_places(entry, lit.tree.leaves)
+            free = covered_disk(scene, lit.sites.alike, position, normal, reach, places, lane, lanes).free
+        if lane == 0:
+            lit.position[entry] = position
+            lit.normal[entry] = normal
+            lit.reach[entry] = reach
+            lit.free[entry] = free
+
+    return cut_disk_kernel
 
 
 @wp.func
@@ -128,5 +138,6 @@ class CutLight:
         cut, lit = self.cut, self.lit
         cut.choose(scene)
         lanes = lanes_of(cut.device, few=True)
-        launch(cut_disk_kernel, lanes * cut.size, [lanes, scene, cut.nodes, lit], cut.device)
+        inputs = [lanes, scene, cut.nodes, lit]
+        launch(cut_disk_kernel(masks_of(scene)), lanes * cut.size, inputs, cut.device)
         self._disks.build(lit.position, lit.normal, lit.free, self._whole, cut.nodes.count)

@@ -9,18 +9,19 @@ around a point takes its place, the same for all of them.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import warp as wp
 
 from gpu.clustering.grid import Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_of_some, nearest_search
 from gpu.clustering.points import Points
-from gpu.core.device import launch
+from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import traced_share
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import unblocked
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.gbuffer.gbuffer import surface_of
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
@@ -30,6 +31,8 @@ from gpu.indirect.spherical_harmonics import Harmonics
 
 # Centres that are looked for around an SP; the last only bounds the weights of the others.
 SAMPLES = 8
+# With fewer, harmonics of three channels and of a lobe would mostly be in memory.
+GLOSS_REGISTERS = 96
 
 nearest_centres = nearest_search(SAMPLES, widens=True)
 
@@ -48,11 +51,12 @@ class InterpolationParameters:
 INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationParameters)
 
 
-@cache
-def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
-    """The kernel for a scene with or without gloss."""
+@made_for("masks", "alpha")
+def interpolate_irradiance_kernel(features: SceneFeatures, glossy: bool) -> wp.Kernel:
+    """The kernel for scenes of these `features`, with or without gloss."""
+    specialise, registers = specialisation(features), GLOSS_REGISTERS if glossy else RAY_REGISTERS
 
-    @wp.kernel(module="unique", module_options={"fast_math": True})
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=registers)
     def interpolate_irradiance_kernel(
         first: int,
         scene: SceneData,
@@ -71,6 +75,7 @@ def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
         sp = first + wp.tid()
         if sp >= points.count[0]:
             return
+        scene = specialise(scene)
         position = points.position[sp]
         normal = points.normal[sp]
         found = nearest_centres(centres, position, normal, level_of(centres.chosen, points.spacing[sp]))
@@ -152,5 +157,5 @@ def interpolate_irradiance(
     the light of `receivers`, if it is asked for, as their lobes reflect it.
     """
     inputs = [scene, points, listed, centres, gathered, chosen, irradiance]
-    kernel = interpolate_irradiance_kernel(receivers is not None)
+    kernel = interpolate_irradiance_kernel(masks_of(scene), receivers is not None)
     launch(kernel, len(points.spacing), [*inputs, receivers or GlossyReceivers()], irradiance.device)

@@ -17,6 +17,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.disk_coverage import crossed
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.lights.caustic_casters import CausticCasters
 from gpu.lights.caustic_paths import trace_caustic_paths
 from gpu.lights.disk_grid import LEVELS, DiskGrid, DiskGridBuilder
@@ -57,32 +58,40 @@ def widest_radius(paths: int, chosen: CausticParameters = CAUSTIC_PARAMETERS) ->
     return min(sqrt(NEIGHBOURS * chosen.spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
 
 
-@wp.kernel(cuda_max_registers=RAY_REGISTERS)
-def photon_disk_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
-                       wider: float, sites: PhotonSites) -> None:  # fmt: skip
-    """`lanes` threads a photon: the disk over which its light is spread, somewhat `wider` than that of the photons
-    nearest to it. Its flux grows by what of that is no surface, where light is lost.
-    """
-    index = first + wp.tid()
-    photon = index // lanes
-    lane = index % lanes
-    sites.photon[photon] = photon
-    if photon >= sites.count[0]:
-        return
-    photons = tree.photons
-    position = photons.position[photon]
-    normal = photons.normal[photon]
-    found = neighbours(tree, sites.alike, photon, chosen.most_radius, lane, lanes)
-    radius = wider * found.radius
-    radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
-    disk = covered_disk(scene, sites.alike, position, normal, radius, disk_places(photon, tree.leaves), lane, lanes)
-    whole = disk.share == 1.0
-    if whole:  # as far as places of the disk tell, between which thin walls stand
-        whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight, lane, lanes)
-    if lane == 0:
-        sites.radius[photon] = radius
-        sites.free[photon] = wp.where(whole, radius, 0.0)
-        photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
+@made_for("masks", "alpha")
+def photon_disk_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique", cuda_max_registers=RAY_REGISTERS)
+    def photon_disk_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                           wider: float, sites: PhotonSites) -> None:  # fmt: skip
+        """`lanes` threads a photon: the disk over which its light is spread, somewhat `wider` than that of the photons
+        nearest to it. Its flux grows by what of that is no surface, where light is lost.
+        """
+        index = first + wp.tid()
+        scene = specialise(scene)
+        photon = index // lanes
+        lane = index % lanes
+        sites.photon[photon] = photon
+        if photon >= sites.count[0]:
+            return
+        photons = tree.photons
+        position = photons.position[photon]
+        normal = photons.normal[photon]
+        found = neighbours(tree, sites.alike, photon, chosen.most_radius, lane, lanes)
+        radius = wider * found.radius
+        radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
+        disk = covered_disk(scene, sites.alike, position, normal, radius, disk_places(photon, tree.leaves), lane, lanes)
+        whole = disk.share == 1.0
+        if whole:  # as far as places of the disk tell, between which thin walls stand
+            whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight, lane, lanes)
+        if lane == 0:
+            sites.radius[photon] = radius
+            sites.free[photon] = wp.where(whole, radius, 0.0)
+            photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
+
+    return photon_disk_kernel
 
 
 @wp.struct
@@ -132,7 +141,7 @@ class CausticMap:
         build_tree(light.tree)
         lanes = lanes_of(ends.device, few=True)
         inputs = [lanes, scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
-        launch(photon_disk_kernel, lanes * ends.room, inputs, ends.device)
+        launch(photon_disk_kernel(masks_of(scene)), lanes * ends.room, inputs, ends.device)
         self._sort_disks()
 
     def _sort_disks(self) -> None:

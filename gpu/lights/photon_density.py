@@ -14,8 +14,10 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, unblocked
 from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.lights.photon_tree import PhotonTree, photon_search
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sampling.warps import orthonormal
@@ -181,24 +183,31 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     return disk
 
 
-@wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
-def covered_density_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
-                           sites: PhotonSites) -> None:  # fmt: skip
-    """`lanes` threads a site: its irradiance becomes that of the part of its disk that is surface."""
-    index = first + wp.tid()
-    site = index // lanes
-    lane = index % lanes
-    if site >= sites.count[0]:
-        return
-    position = tree.photons.position[sites.photon[site]]
-    normal = tree.photons.normal[sites.photon[site]]
-    places = disk_places(site, tree.leaves)
-    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], places, lane, lanes)
-    if lane == 0:
-        share = wp.max(disk.share, chosen.least_covered)
-        sites.irradiance[site] = sites.irradiance[site] / share
-        sites.earlier[site] = sites.earlier[site] / share
-        sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
+@made_for("masks", "alpha")
+def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
+    def covered_density_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                               sites: PhotonSites) -> None:  # fmt: skip
+        """`lanes` threads a site: its irradiance becomes that of the part of its disk that is surface."""
+        index = first + wp.tid()
+        site = index // lanes
+        lane = index % lanes
+        if site >= sites.count[0]:
+            return
+        position = tree.photons.position[sites.photon[site]]
+        normal = tree.photons.normal[sites.photon[site]]
+        places = disk_places(site, tree.leaves)
+        disk = covered_disk(specialise(scene), sites.alike, position, normal, sites.radius[site], places, lane, lanes)
+        if lane == 0:
+            share = wp.max(disk.share, chosen.least_covered)
+            sites.irradiance[site] = sites.irradiance[site] / share
+            sites.earlier[site] = sites.earlier[site] / share
+            sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)
+
+    return covered_density_kernel
 
 
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
@@ -214,4 +223,5 @@ def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
     estimate_density(tree, sites, chosen)
     device = sites.photon.device
     lanes = lanes_of(device, few=True)
-    launch(covered_density_kernel, lanes * len(sites.photon), [lanes, scene, tree, chosen, sites], device)
+    inputs = [lanes, scene, tree, chosen, sites]
+    launch(covered_density_kernel(masks_of(scene)), lanes * len(sites.photon), inputs, device)
