@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from math import hypot
+from operator import is_
 from typing import Annotated
 
 import numpy as np
@@ -240,7 +241,9 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
                 sky = _edited_sky(_sky_of_date(sky, edit), edit)
             case _:
                 punctual[index] = _edited_light(punctual[index], edit, scene.placement)
-    lit = replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
+    same = all(map(is_, made, scene.materials))
+    surfaces = scene.materials if same else tuple(made)  # known to be the same by being the same tuple
+    lit = replace(scene, materials=surfaces, lights=tuple(punctual), sky=sky)
     return with_path_light(lit, path_light(filed))
 
 

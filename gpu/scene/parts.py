@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 
 from gpu.errors import brief
 from gpu.scene.types import Environment, LightKind, Rgb, Scene
@@ -56,6 +57,11 @@ def material_ids(scene: Scene) -> tuple[str, ...]:
 
 def unique_ids(names: Iterable[str], kind: str) -> tuple[str, ...]:
     """An id for each name: the name itself, or what it is of (`kind`) without one; "name (2)" where it is taken."""
+    return _unique_ids(tuple(names), kind)
+
+
+@lru_cache(maxsize=16)  # asked again in each edit of a scene
+def _unique_ids(names: tuple[str, ...], kind: str) -> tuple[str, ...]:
     taken: dict[str, None] = {}  # in order
     counts: Counter[str] = Counter()
     for name in names:
