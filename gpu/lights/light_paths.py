@@ -242,9 +242,9 @@ class PathEnds:
         launch(count_filled_kernel, capacity, [keys, self.filled], self.device)
 
 
-def pilot_of(bounces: int, device: wp.Device, paths: int = 4096) -> PathEnds:
-    """What a pilot run works with."""
-    return PathEnds(paths, bounces, device, arriving=False)
+def pilot_of(bounces: int, device: wp.Device, paths: int = 4096, *, arriving: bool = False) -> PathEnds:
+    """What a pilot run works with. arriving: photons are wanted, which black surfaces have, too, not VPLs."""
+    return PathEnds(paths, bounces, device, arriving=arriving)
 
 
 def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
@@ -252,8 +252,8 @@ def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wa
               max_paths_per_vpl: int = 16) -> int:  # fmt: skip
     """How many light paths leave about `wanted` VPLs, by a run of a few; none when there is no light.
 
-    pilot: of `pilot_of`, where it is kept; max_paths_per_vpl: no more are traced for each, however few of them meet a
-    surface.
+    pilot: of `pilot_of`, where it is kept or photons are wanted; max_paths_per_vpl: no more are traced for each,
+    however few of them meet a surface.
     """
     if table.count == 0:
         return 0

@@ -16,7 +16,7 @@ from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.irradiance_interpolation import interpolate_irradiance
 from gpu.indirect.photon_lookup import FullMapLight
-from gpu.lights.light_paths import paths_for
+from gpu.lights.light_paths import paths_for, pilot_of
 from gpu.lights.light_table import LightTable, PowerCdf
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
@@ -82,7 +82,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
             important = important_emitters(setup.device_scene, frame.scene, sets.table)
             wp.copy(self._table.all_emitters.cumulative, important.cumulative)
             inputs = setup.device_scene, frame.scene, self._table, setup.sample_counts.photons, setup.bounces
-            paths = paths_for(*inputs, frame.features)
+            pilot = pilot_of(setup.bounces, setup.device, arriving=True)
+            paths = paths_for(*inputs, frame.features, pilot=pilot)
         self._has_indirect, self._version = paths > 0, sets.version
         if paths == self._paths:
             return

@@ -75,6 +75,15 @@ def test_each_frame_makes_all_light_anew(room: DeviceScene) -> None:
     assert np.array_equal(first.radiance(), again.radiance())
 
 
+def test_photons_on_black_surfaces_are_some_of_those_wanted() -> None:
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    room = resident_of([*box(), lamp], [grey(0.0), grey(0.0, 5.0)])
+    settings = RenderSettings(method=Method.PHOTON_GATHER, **INDIRECT, photons=1000, gather_rays=16, bounces=2)
+    frame = Renderer(room, SIZE, settings).render(CAMERA)
+    assert frame.stats.counts["photons"] == 2 * 1000  # room for so many: light ends where it arrives
+    assert not frame.radiance().any()
+
+
 def test_direct_light_needs_no_photons(room: DeviceScene) -> None:
     settings = RenderSettings(method=Method.PHOTON_GATHER, component=Component.DIRECT, lambertian=True, samples=4)
     frame = Renderer(room, SIZE, settings).render(CAMERA)
