@@ -245,9 +245,12 @@ def even_sheen(surface: Surface, view: wp.vec3) -> wp.vec3:
 
 @wp.func
 def even_diffuse(surface: Surface) -> wp.vec3:
-    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one."""
+    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one.
+
+    Of the light that comes evenly, facets keep what they reflect, 0.0037 of it by f90, in the mean over views.
+    """
     grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
-    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.02
+    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.0037
     return wp.cw_mul(surface.diffuse, matt)
 
 
@@ -269,9 +272,11 @@ def even_below(surface: Surface, view: wp.vec3) -> wp.vec3:
         return surface.albedo
     cosine = wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0)
     rough = surface.roughness
-    lost = 0.63 + 0.281 * cosine - 0.555 * rough + 1.066 * rough * cosine - 0.714 * cosine * cosine
-    whole = 1.0 - rough * rough * lost
-    rise = 0.988 * wp.pow(1.0 - cosine, 5.152 * wp.exp(-1.073 * rough)) / (1.0 + 27.28 * wp.pow(rough, 2.643))
+    squared = rough * rough
+    lost = 0.067 + 1.238 * rough - 1.231 * squared + (1.257 * rough - 0.051 - 0.576 * cosine) * cosine
+    whole = 1.0 - squared * lost
+    steepness = 5.18 / (1.0 + 0.9 * rough + 0.81 * squared)
+    rise = wp.pow(1.0 - cosine, steepness) / (1.0 + 9.7 * squared + 51.8 * squared * squared * rough)
     grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
     return even_diffuse(surface) + surface.f0 * (whole - rise) + grazing * rise
 
@@ -281,9 +286,11 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     """The share of light that comes evenly from all around which `surface` reflects to unit `view`; also the share of
     light from there that it reflects at all. Its base colour where it has no specular lobe and no sheen.
 
-    For methods that take indirect light as even. The lobe's is a fit to integrals of `reflected`, within 0.03 of them
-    in the mean and 0.09 at most: what it reflects at f0 = f90 = 1, and the part of this that is by f90. Fibres dim what
-    is below by what they take on the way to the viewer alone: up to 0.14 too little, of white ones over white.
+    For methods that take indirect light as even. The lobe's is a fit to integrals of `reflected`, within 0.015 of them
+    in the mean and 0.1 at most: what it reflects at f0 = f90 = 1, and the part of this that is by f90. Over all views,
+    by their cosine, it is within 0.002: light between surfaces is reflected again and again, and in a white room a
+    hundredth too little at each is a twentieth. Fibres dim what is below by what they take on the way to the viewer
+    alone: up to 0.14 too little, of white ones over white.
     """
     even = even_below(surface, view)
     if is_fibrous(surface):
