@@ -24,6 +24,8 @@ LAMP = grey(0.0, 3.0)
 def picture(parts: Sequence[MeshPart], materials: Sequence[Material], method: Method, device: str,
             textures: Sequence[Texture] = (), camera: Camera = CAMERA) -> Doubles:  # fmt: skip
     device_scene = DeviceScene(scene_of(parts, materials, textures=textures), device)
+    if textures:  # in one scene alone: general kernels are compiled for others in any case
+        device_scene = device_scene.generalised()
     return np.asarray(render(device_scene, camera, SIZE, method=method, samples=8, vpls=3000, seed=3))
 
 
@@ -43,8 +45,7 @@ def test_a_masked_lamp_is_the_part_that_is_left(device: str, method: Method) -> 
     pixels[:, :4, 3] = 0
     sign = replace(LAMP, alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0))
     textures = [Texture("half", pixels, srgb=True, nearest=True)]
-    gloss = Material(roughness=0.3)  # that nothing is of, for kernels compiled anyway
-    found = picture([*box(), quad([-0.2, 0.1, -0.2], *DOWN, 1)], [grey(0.5), sign, gloss], method, device, textures)
+    found = picture([*box(), quad([-0.2, 0.1, -0.2], *DOWN, 1)], [grey(0.5), sign], method, device, textures)
     left = quad([0.0, 0.1, -0.2], [0.2, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
     wanted = picture([*box(), left], [grey(0.5), LAMP], method, device)
     assert found.mean() == pytest.approx(wanted.mean(), rel=0.03)
