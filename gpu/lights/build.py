@@ -128,14 +128,15 @@ def build_light_table(
 
 
 def light_table_after(table: LightTable, before: DeviceScene, now: DeviceScene) -> LightTable:
-    """The table of `now`, another state of the scene of `before`, which has `table`: in the same arrays but for lights,
-    where no emitter has another power.
+    """The table of `now`, another state of the scene of `before`, which has `table`: itself where no light differs, in
+    the same arrays but for lights where no emitter has another power.
     """
     if not _same_powers(before, now):
         return build_light_table(now)
+    if now.scene.lights == before.scene.lights:
+        return table
     found = duplicate(LightTable, table)
-    if now.scene.lights != before.scene.lights:
-        found.lights = _lights(now.scene.lights, now.device)
+    found.lights = _lights(now.scene.lights, now.device)
     return found
 
 

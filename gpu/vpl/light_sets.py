@@ -10,7 +10,7 @@ from weakref import WeakValueDictionary
 
 import warp as wp
 
-from gpu.core.device import alike, overwrite
+from gpu.core.device import alike, duplicate, overwrite
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
@@ -64,7 +64,11 @@ class LightSets:
         edited.settle()
         suns, moved = suns_of(edited.scene), edited.scene.vertices is not scene.scene.vertices
         same_suns = suns == suns_of(scene.scene) and not (moved and any(suns[0]))
-        table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
+        if not same_suns:
+            table = duplicate(LightTable, table)
+            table.suns = sun_maps_of(edited, table)
+        elif table is not self.table:
+            table.suns = self.table.suns
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
         if not same_surfaces(scene.scene, edited.scene):
