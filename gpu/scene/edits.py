@@ -218,6 +218,18 @@ def shape_of(edits: SceneEdits) -> object:
     return edits.time, edits.animation, edits.objects
 
 
+def with_triangles_of(known: Scene, scene: Scene) -> Scene:
+    """`scene` with the arrays of triangles of another state of it where these hold the same, as where the same objects
+    are hidden, so that they are known to be the same.
+    """
+    if scene.triangles is known.triangles:
+        return scene
+    same = np.array_equal(scene.triangles, known.triangles)
+    if not (same and np.array_equal(scene.triangle_material, known.triangle_material)):
+        return scene
+    return replace(scene, triangles=known.triangles, triangle_material=known.triangle_material)
+
+
 def shown(scene: Scene, edits: SceneEdits) -> Scene:
     """A scene that is `shaped` by `edits`, with its materials and lights as they say.
 

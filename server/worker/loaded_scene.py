@@ -9,7 +9,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import new_number
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.edits import NO_EDITS, SceneEdits, shape_of, shaped, shown
+from gpu.scene.edits import NO_EDITS, SceneEdits, shape_of, shaped, shown, with_triangles_of
 from gpu.scene.types import Scene
 from gpu.vpl.light_sets import LightSets
 from server.wire.worker import SceneRef
@@ -60,6 +60,7 @@ def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = No
         shape = before.shape
     else:
         shape = shaped(loaded.scene, edits, DEVICE_SHARING.pause)
+        shape = shape if before is None else with_triangles_of(before.shape, shape)
     scene = shown(shape, edits)
     goes_on = before is not None and before.shape.triangles is shape.triangles
     lender = before if before is not None and goes_on else loaded

@@ -44,6 +44,28 @@ def test_a_moved_object_stays_where_it_is_while_a_light_changes(cpu: str) -> Non
     assert (vertices.numpy() == loaded.device_scene.data.vertices.numpy()).all()
 
 
+def test_what_moves_while_something_is_hidden_does_so_in_place(cpu: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the trees that there are."""
+    loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
+    hidden = next(one for one in loaded.scene.objects if one != "light")
+
+    def edits(offset: float) -> SceneEdits:
+        moved = ObjectEdit(offset=(offset, 0.0, 0.0))
+        return SceneEdits(objects={hidden: ObjectEdit(visible=False), "light": moved})
+
+    state = edit(loaded, edits(0.02))
+    triangles = state.device_scene.data.triangles
+    with monkeypatch.context() as patched:
+        patched.delattr("gpu.device_scene.upload.tree_over")
+        assert edit(loaded, edits(0.03), state) is state
+    assert state.device_scene.data.triangles is triangles
+    anew = edit(loaded, edits(0.03)).device_scene
+    for name in ("vertices", "triangles", "triangle_material"):
+        assert (getattr(state.device_scene.data, name).numpy() == getattr(anew.data, name).numpy()).all()
+    other = edit(loaded, SceneEdits(objects={"light": ObjectEdit(offset=(0.02, 0.0, 0.0))}), state)
+    assert other.scene.triangles is loaded.scene.triangles
+
+
 def test_an_edited_scene_shares_geometry_and_has_lights_of_its_own(cpu: str) -> None:
     loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
     off = SceneEdits(lights={"light": LightEdit(on=False)})
