@@ -39,7 +39,8 @@ class AntialiasingParameters:
     min_share: of what surrounds a point in the last frame, so much must be of its surface; little, for at edges that
     saw other surfaces in the same pixels. plane_tolerance: how far off its plane a point is of a surface, in spacings.
     deviations: of this frame's colours around a pixel, which earlier ones may differ from their mean by: what is left
-    of things that have moved on is cut off; thin things that this frame missed are, too.
+    of things that have moved on is cut off; thin things that this frame missed are, too, and with 1.25 of them a fifth
+    of the light between the slats of a blind was lost.
     soft_contrast, stark_contrast: of the brightest around a pixel to the darkest: up to the one a mean is of
     max_frames, from the other on it is this frame alone. dark: times the picture's mean; what is darker counts as that,
     for little of it shows.
@@ -48,7 +49,7 @@ class AntialiasingParameters:
     max_frames: int = 8
     min_share: float = 0.05
     plane_tolerance: float = 2.0
-    deviations: float = 1.25
+    deviations: float = 2.0
     soft_contrast: float = 5.0
     stark_contrast: float = 200.0
     dark: float = 0.1
@@ -154,12 +155,15 @@ def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -
 
 @wp.struct
 class Surroundings:
-    """3×3 pixels about one: mean and variance of luma and chroma, brightness of the darkest and of the brightest."""
+    """3×3 pixels about one: mean and variance of luma and chroma, brightness of the darkest and of the brightest, and
+    the least of each channel.
+    """
 
     mean: wp.vec3
     variance: wp.vec3
     least: float
     most: float
+    lower: wp.vec3
 
 
 @wp.func
@@ -167,12 +171,14 @@ def surroundings(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Su
     """What is around a pixel of a picture (pixel,)."""
     around = Surroundings()
     around.least = FAR_AWAY
+    around.lower = wp.vec3(FAR_AWAY, FAR_AWAY, FAR_AWAY)
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = wp.vec3(0.0, 0.0, 0.0)
     for number in range(9):
         colour = picture[pixel_beside(pixel, number, image)]
         around.least = wp.min(around.least, brightness(colour))
         around.most = wp.max(around.most, brightness(colour))
+        around.lower = wp.min(around.lower, colour)
         beside = to_ycocg(colour)
         mean += beside / 9.0
         square += wp.cw_mul(beside, beside) / 9.0
@@ -185,7 +191,8 @@ def surroundings(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Su
 def bounded(colour: wp.vec3, around: Surroundings, deviations: float) -> wp.vec3:
     """A colour moved towards the mean of what is `around` until it is so many deviations from that (Salvi 2016).
 
-    It has no channel below zero.
+    No channel is below all around: beside a lamp deviations are large, and a spline of it and what is dark falls below
+    zero, which would be a black rim.
     """
     mean, variance = around.mean, around.variance
     offset = to_ycocg(colour) - mean
@@ -193,7 +200,7 @@ def bounded(colour: wp.vec3, around: Surroundings, deviations: float) -> wp.vec3
     for channel in range(3):
         most = deviations * wp.sqrt(variance[channel])
         excess = wp.max(excess, wp.abs(offset[channel]) / wp.max(most, 1.0e-12))
-    return wp.max(from_ycocg(mean + offset / excess), wp.vec3(0.0, 0.0, 0.0))
+    return wp.max(from_ycocg(mean + offset / excess), around.lower)
 
 
 @wp.func

@@ -1,5 +1,6 @@
 """Pictures of a walk's frames that look through other places in the pixels each, averaged."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -202,14 +203,24 @@ def bounded_kernel(first: int, colours: wp.array[wp.vec3], picture: wp.array[wp.
     out[index] = bounded(colours[index], surroundings(picture, pixel, image), deviations)
 
 
-def test_a_colour_is_cut_off_beyond_a_deviation_and_a_quarter() -> None:
+def bounded_by(around: Doubles, colours: Sequence[float]) -> Doubles:
+    """Greys as far as grey surroundings, (3, 3), let them be."""
     values = np.zeros((HEIGHT, WIDTH))
-    values[19:22, 19:22] = np.arange(9.0).reshape(3, 3) + 4.0  # mean 8, deviation √(60/9)
-    colours = column([[30.0] * 3, [9.0] * 3, [-5.0] * 3], wp.vec3)
-    inputs = [colours, grey_values(values), 20 * WIDTH + 20, image_size((WIDTH, HEIGHT))]
-    most = 1.25 * np.sqrt(60.0 / 9.0)
-    out = results(bounded_kernel, 3, [*inputs, ANTIALIASING_PARAMETERS.deviations], wp.vec3)[:, 1]
-    assert out == pytest.approx([8.0 + most, 9.0, 8.0 - most], rel=1e-4)
+    values[19:22, 19:22] = around
+    inputs = [grey_values(values), 20 * WIDTH + 20, image_size((WIDTH, HEIGHT)), ANTIALIASING_PARAMETERS.deviations]
+    greys = column([[grey] * 3 for grey in colours], wp.vec3)
+    return results(bounded_kernel, len(colours), [greys, *inputs], wp.vec3)[:, 1]
+
+
+def test_a_colour_is_cut_off_beyond_two_deviations() -> None:
+    around = np.arange(9.0).reshape(3, 3) + 4.0  # mean 8, deviation √(60/9)
+    assert bounded_by(around, [30.0, 9.0]) == pytest.approx([8.0 + 2.0 * np.sqrt(60.0 / 9.0), 9.0], rel=1e-4)
+
+
+def test_beside_a_lamp_nothing_is_darker_than_all_around() -> None:
+    lamp = np.full((3, 3), 50.0)
+    lamp[:, :2] = 0.5
+    assert bounded_by(lamp, [-2.0, 0.1, 0.6]) == pytest.approx([0.5, 0.5, 0.6], rel=1e-3)
 
 
 @wp.kernel
