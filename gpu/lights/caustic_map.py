@@ -12,7 +12,6 @@ from math import pi, sqrt
 import warp as wp
 
 from gpu.core.device import RAY_REGISTERS, allocate, launch
-from gpu.core.intrinsics import lanes_of
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.disk_coverage import crossed
@@ -64,32 +63,30 @@ def photon_disk_kernel(features: SceneFeatures) -> wp.Kernel:
     specialise = specialisation(features)
 
     @wp.kernel(module="unique", cuda_max_registers=RAY_REGISTERS)
-    def photon_disk_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
-                           wider: float, sites: PhotonSites) -> None:  # fmt: skip
-        """`lanes` threads a photon: the disk over which its light is spread, somewhat `wider` than that of the photons
-        nearest to it. Its flux grows by what of that is no surface, where light is lost.
+    def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters, wider: float,
+                           sites: PhotonSites) -> None:  # fmt: skip
+        """One thread a photon, of which there are enough for a GPU: the disk over which its light is spread, somewhat
+        `wider` than that of the photons nearest to it. Its flux grows by what of that is no surface, where light is
+        lost.
         """
-        index = first + wp.tid()
+        photon = first + wp.tid()
         scene = specialise(scene)
-        photon = index // lanes
-        lane = index % lanes
         sites.photon[photon] = photon
         if photon >= sites.count[0]:
             return
         photons = tree.photons
         position = photons.position[photon]
         normal = photons.normal[photon]
-        found = neighbours(tree, sites.alike, photon, chosen.most_radius, lane, lanes)
+        found = neighbours(tree, sites.alike, photon, chosen.most_radius, 0, 1)
         radius = wider * found.radius
         radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
-        disk = covered_disk(scene, sites.alike, position, normal, radius, disk_places(photon, tree.leaves), lane, lanes)
+        disk = covered_disk(scene, sites.alike, position, normal, radius, disk_places(photon, tree.leaves), 0, 1)
         whole = disk.share == 1.0
         if whole:  # as far as places of the disk tell, between which thin walls stand
-            whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight, lane, lanes)
-        if lane == 0:
-            sites.radius[photon] = radius
-            sites.free[photon] = wp.where(whole, radius, 0.0)
-            photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
+            whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight, 0, 1)
+        sites.radius[photon] = radius
+        sites.free[photon] = wp.where(whole, radius, 0.0)
+        photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
 
     return photon_disk_kernel
 
@@ -139,9 +136,8 @@ class CausticMap:
         ends.put_in_order()
         launch(gather_photons_kernel, ends.room, [ends.order, ends.raw, light.tree.photons], ends.device)
         build_tree(light.tree)
-        lanes = lanes_of(ends.device, few=True)
-        inputs = [lanes, scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
-        launch(photon_disk_kernel(masks_of(scene)), lanes * ends.room, inputs, ends.device)
+        inputs = [scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
+        launch(photon_disk_kernel(masks_of(scene)), ends.room, inputs, ends.device)
         self._sort_disks()
 
     def _sort_disks(self) -> None:
