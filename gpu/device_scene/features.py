@@ -62,10 +62,18 @@ EVERYTHING = SceneFeatures()
 
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
-    which decide no kernel, but which are launched, and with what samples; and but for frosted glass, which few scenes
-    have, and whose rays' kernel alone takes three times as long to compile as any other.
+    which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats, cloth
+    and thin films, which few scenes have, and which take most of the time that all compile.
     """
-    return replace(EVERYTHING, soft=has.soft, lamps=has.lamps, frosted=has.frosted)
+    return replace(
+        EVERYTHING,
+        soft=has.soft,
+        lamps=has.lamps,
+        frosted=has.frosted,
+        coats=has.coats,
+        sheen=has.sheen,
+        films=has.films,
+    )
 
 
 def _coated(material: Material) -> bool:

@@ -131,7 +131,8 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
     assert features.frosted == features.lobes == frosted
 
 
-def test_general_kernels_know_what_lights_there_are_and_whether_glass_is_frosted() -> None:
+def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, frosted=False)
+    rare = {"frosted": False, "coats": False, "sheen": False, "films": False}
+    assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING
