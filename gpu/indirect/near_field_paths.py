@@ -7,15 +7,16 @@ they lie where it is lit, most of all beside strips of sun.
 
 import warp as wp
 
-from gpu.core.constants import RAY_LENGTH
+from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.panes import transmittance
+from gpu.device_scene.panes import transmittance, transmitted
 from gpu.device_scene.rays import closest_hit, lifted
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.lights.light_sampling import sample_light
+from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -89,21 +90,27 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
         cosine = wp.dot(sample.direction, normal)
         if cosine > 0.0:
             reached = transmittance(scene, position, normal, sample.point, sample.normal)
-            total += wp.cw_mul(surface.spread, wp.cw_mul(sample.irradiance, reached)) * (cosine * share)
-        if paths.bounces > 1:
-            turn = sobol_pair(sp, RAY_PAIR, seed)
-            direction = cosine_direction(normal, turn.x, turn.y)
-            origin = lifted(position, normal)
-            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-            if hit.face != NO_HIT:
-                end = origin + direction * hit.t
-                side = triangle_normal(scene, hit.face)
-                side = wp.where(wp.dot(side, direction) < 0.0, side, -side)
-                other = vpl_around(lit, end, side, paths.radius_share * hit.t)
-                if other >= 0:
-                    apart = is_apart(scene, end, side, origin, lit.position[other], paths.clearance)
-                    if not apart:
-                        total += wp.cw_mul(surface.even, lit.radiosity[other]) * share
+            # Weighed by the balance heuristic against the ray below, or one lamp of many close by would be a spark.
+            counted = cosine * share / (1.0 + cosine / PI * sample.solid_angle)
+            total += wp.cw_mul(surface.spread, wp.cw_mul(sample.irradiance, reached)) * counted
+        turn = sobol_pair(sp, RAY_PAIR, seed)
+        direction = cosine_direction(normal, turn.x, turn.y)
+        origin = lifted(position, normal)
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        met = light_at_hit(scene, table, table.all_emitters, origin, direction, hit)
+        density = wp.dot(direction, normal) / PI
+        if largest(met.radiance) > 0.0 and density > 0.0:
+            emitted = wp.cw_mul(met.radiance, transmitted(scene, origin, direction, hit.t))
+            total += wp.cw_mul(surface.spread, emitted) * (PI * share * density / (density + met.density))
+        if paths.bounces > 1 and hit.face != NO_HIT:
+            end = origin + direction * hit.t
+            side = triangle_normal(scene, hit.face)
+            side = wp.where(wp.dot(side, direction) < 0.0, side, -side)
+            other = vpl_around(lit, end, side, paths.radius_share * hit.t)
+            if other >= 0:
+                apart = is_apart(scene, end, side, origin, lit.position[other], paths.clearance)
+                if not apart:
+                    total += wp.cw_mul(surface.even, lit.radiosity[other]) * share
         light[pixels[sp]] = total
         found[sp] = 1
 

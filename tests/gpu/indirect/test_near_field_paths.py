@@ -63,6 +63,14 @@ def test_slats_in_an_evenly_lit_room_have_the_radiosity_of_its_walls() -> None:
     assert not found(room, places_on_slats(10), shares=0.0).any()
 
 
+def test_no_path_finds_more_than_twice_what_a_hemisphere_of_emitters_sends() -> None:
+    """One of twelve triangles is drawn, and may fill most of what a slat sees: it would count for twelve of them."""
+    room = resident_of([*box(1), *SLATS], [grey(0.5), grey(0.5, emission=1.0 / np.pi)])
+    light = found(room, places_on_slats(200), bounces=1)
+    assert light.mean() == pytest.approx(0.5, rel=0.05)
+    assert light.max() <= 1.0 + 1e-4
+
+
 @pytest.mark.parametrize("covered", [False, True])
 def test_slats_have_the_light_of_a_lamp_where_they_are_lit_and_none_in_the_shade(covered: bool) -> None:
     """One of intensity I sends I·cos³θ/h² to what lies h below and θ aside. VPLs lie where it is light alone."""
