@@ -39,8 +39,8 @@ class AntialiasingParameters:
     min_share: of what surrounds a point in the last frame, so much must be of its surface; little, for at edges that
     saw other surfaces in the same pixels. plane_tolerance: how far off its plane a point is of a surface, in spacings.
     deviations: of this frame's colours around a pixel, which earlier ones may differ from their mean by: what is left
-    of things that have moved on is cut off; thin things that this frame missed are, too, and with 1.25 of them a fifth
-    of the light between the slats of a blind was lost.
+    of things that have moved on is cut off; thin things that this frame missed are, too: between the slats of a blind
+    most of a fifth of the light is lost by that.
     soft_contrast, stark_contrast: of the brightest around a pixel to the darkest: up to the one a mean is of
     max_frames, from the other on it is this frame alone. dark: times the picture's mean; what is darker counts as that,
     for little of it shows.

@@ -7,7 +7,7 @@ from gpu.scene.types import Floats, Mask, Scene
 BLOCK = 1024  # vertices
 
 
-def solid_vertices(scene: Scene) -> "Mask | None":
+def solid_vertices(scene: Scene) -> Mask | None:
     """Which vertices (vertex,) light can meet: not those of a backdrop alone. None: all of them."""
     backdrop = np.array([material.backdrop for material in scene.materials])
     if not backdrop.any():
@@ -17,7 +17,7 @@ def solid_vertices(scene: Scene) -> "Mask | None":
     return solid
 
 
-def extents_of(vertices: Floats, solid: "Mask | None") -> Floats:
+def extents_of(vertices: Floats, solid: Mask | None) -> Floats:
     """Of each block of `vertices` (vertex, 3), the largest size (block, 3) of each coordinate of those that are `solid`
     (vertex,), 0 without any.
     """
@@ -25,7 +25,7 @@ def extents_of(vertices: Floats, solid: "Mask | None") -> Floats:
     return np.maximum.reduceat(sizes, np.arange(0, len(sizes), BLOCK), axis=0)
 
 
-def renewed(extents: Floats, vertices: Floats, solid: "Mask | None", begin: int, end: int) -> Floats:
+def renewed(extents: Floats, vertices: Floats, solid: Mask | None, begin: int, end: int) -> Floats:
     """`extents` of other `vertices`, which differ from `begin` to `end`."""
     first, last = begin // BLOCK, -(-end // BLOCK)
     own = slice(first * BLOCK, last * BLOCK)
