@@ -11,7 +11,7 @@ from functools import cache
 
 import warp as wp
 
-from gpu.clustering.cluster_bounds import ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
+from gpu.clustering.cluster_bounds import ClusterRunBounds, ClusterRuns, nearest_in_runs
 from gpu.clustering.grid import Grid, Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_search
 from gpu.clustering.points import Points
@@ -209,7 +209,7 @@ class KMeans:
         self.groups = (Groups if exhaustive or uneven else Buckets)(capacity, most, device)
         self.medoids = wp.zeros(most + extra, dtype=int, device=device)
         if exhaustive:
-            self._runs = allocate_runs(most, device)
+            self._runs = ClusterRuns(most, device)
             self._owner = wp.zeros(capacity, dtype=int, device=device)
 
     def over(self, grid: Grid, wanted: wp.array) -> "KMeans":
@@ -256,9 +256,9 @@ class KMeans:
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
         if self._exhaustive:
-            bound_runs(clusters, self._runs)
+            self._runs.bound(clusters)
             lanes = lanes_of(self.device, few=True)
-            inputs = [points, clusters, self.most, self._runs, lanes, self._owner, keys]
+            inputs = [points, clusters, self.most, self._runs.bounds, lanes, self._owner, keys]
             launch(kmeans_assign_to_any_kernel, lanes * capacity, inputs, self.device)
         else:
             self.grid.build()
