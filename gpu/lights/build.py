@@ -1,6 +1,8 @@
 """Makes the table of a scene's emitters."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -15,7 +17,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.lights.sun_map import no_sun_maps
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Sky, same_materials, same_sky
+from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Rgb, Sky, same_materials, same_sky
 
 
 @wp.kernel
@@ -91,9 +93,22 @@ def power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
     return cdf
 
 
-def build_light_table(
+@dataclass(frozen=True)
+class Emitters:
+    """Their `table`, and on the host the powers (emitter,) of those that are extended, triangles and sky [W]."""
+
+    table: LightTable
+    powers: Doubles
+
+
+def build_light_table(device_scene: DeviceScene, **options: Any) -> LightTable:
+    """The table of the scene's emitters; options: those of `emitters_of`."""
+    return emitters_of(device_scene, **options).table
+
+
+def emitters_of(
     device_scene: DeviceScene, *, power_samples: int = 16, mask_samples: int = 256, min_solid_angle: float = 0.1
-) -> LightTable:
+) -> Emitters:
     """The scene's emitters, to be chosen in proportion to their power.
 
     power_samples: points of a triangle whose emission tells its power, in scenes with masks as many as mask_samples;
@@ -107,44 +122,58 @@ def build_light_table(
     table.min_solid_angle = min_solid_angle
     table.suns = no_sun_maps(device)
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
-    table.light_count = len(scene.lights)
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)
     samples = mask_samples if device_scene.data.alpha else power_samples
     launch(triangle_power_kernel, len(faces), [device_scene.data, faces, samples, table.areas, powers], device)
-    table.lights = _lights(scene.lights, device)
     sky = [_sky_power(scene.sky, device_scene.data.environment, radius)] if scene.sky else []
-    extended = np.concatenate([powers.numpy().astype(np.float64), sky])
-    power = np.concatenate([extended, [_light_power(light, radius) for light in scene.lights]])
-    table.all_emitters = power_cdf(power, device)
+    emitters = Emitters(table, np.concatenate([powers.numpy().astype(np.float64), sky]))
+    table.lights = _lights(scene.lights, device)
+    _choose_by_power(emitters, device_scene)
+    return emitters
+
+
+def _choose_by_power(emitters: Emitters, device_scene: DeviceScene) -> None:
+    """Have the emitters of a table, whose lights are those of the scene, chosen by their powers."""
+    table, lights, device = emitters.table, device_scene.scene.lights, device_scene.device
+    powers = [_light_power(light, device_scene.solid_radius) for light in lights]
+    table.light_count = len(lights)
+    table.all_emitters = power_cdf(np.concatenate([emitters.powers, powers]), device)
     table.count = table.all_emitters.count
-    if len(scene.lights) <= MAX_ENUMERATED:
-        table.enumerated_count = len(scene.lights)
-        table.sampled = power_cdf(extended, device)
-    else:
-        table.sampled = table.all_emitters
-    return table
+    table.sampled = table.all_emitters
+    if len(lights) <= MAX_ENUMERATED:
+        table.enumerated_count = len(lights)
+        table.sampled = power_cdf(emitters.powers, device)
 
 
-def light_table_after(table: LightTable, before: DeviceScene, now: DeviceScene) -> LightTable:
-    """The table of `now`, another state of the scene of `before`, which has `table`: itself where no light differs, in
-    the same arrays but for lights where no emitter has another power.
+def emitters_after(emitters: Emitters, before: DeviceScene, now: DeviceScene) -> Emitters:
+    """The emitters of `now`, another state of the scene of `before`, which has `emitters`: these where no light
+    differs, in the same arrays but for what differs with lights where no triangle and no sky has another power.
     """
-    if not _same_powers(before, now):
-        return build_light_table(now)
-    if now.scene.lights == before.scene.lights:
-        return table
-    found = duplicate(LightTable, table)
-    found.lights = _lights(now.scene.lights, now.device)
+    if not _same_extended(before, now):
+        return emitters_of(now)
+    old, new = before.scene.lights, now.scene.lights
+    if old == new:
+        return emitters
+    found = Emitters(duplicate(LightTable, emitters.table), emitters.powers)
+    found.table.lights = _lights(new, now.device)
+    if [_power_of(light) for light in old] != [_power_of(light) for light in new]:
+        _choose_by_power(found, now)
     return found
 
 
-def _same_powers(before: DeviceScene, now: DeviceScene) -> bool:
-    """Whether emitters of two states of a scene are as many and have the same powers, areas and numbers."""
+def _power_of(light: Light) -> tuple[LightKind, Rgb, float]:
+    """What tells the power of a light."""
+    return light.kind, light.intensity, light.cos_outer
+
+
+def _same_extended(before: DeviceScene, now: DeviceScene) -> bool:
+    """Whether triangles that emit are as many in two states of a scene, with the same powers, areas and numbers, and so
+    is the sky.
+    """
     one, other = before.scene, now.scene
-    lights = ([(it.kind, it.intensity, it.cos_outer) for it in scene.lights] for scene in (one, other))
-    if one.triangles is not other.triangles or next(lights) != next(lights):
+    if one.triangles is not other.triangles:
         return False
     if not (same_sky(one.sky, other.sky) and same_materials(one.materials, other.materials)):
         return False

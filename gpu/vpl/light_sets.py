@@ -14,7 +14,7 @@ from gpu.core.device import alike, duplicate, overwrite
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import build_light_table, light_table_after
+from gpu.lights.build import Emitters, emitters_after, emitters_of
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
 from gpu.lights.path_light import PathLight, same_surfaces
@@ -49,7 +49,8 @@ class LightSets:
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self._busy = False
         self.version = self.surface_version = self._path_version = 0
-        self.table: LightTable = build_light_table(device_scene)
+        self._emitters: Emitters = emitters_of(device_scene)
+        self.table: LightTable = self._emitters.table
         self.table.suns = sun_maps_of(device_scene, self.table)
         self._path_light = PathLight(device_scene, self.table.suns)
 
@@ -60,7 +61,8 @@ class LightSets:
         False, and nothing is changed, where `edited` needs arrays of other sizes or other kernels.
         """
         scene = self._device_scene
-        table = light_table_after(self.table, scene, edited)
+        emitters = emitters_after(self._emitters, scene, edited)
+        table = emitters.table
         edited.settle()
         suns, moved = suns_of(edited.scene), edited.scene.vertices is not scene.scene.vertices
         same_suns = suns == suns_of(scene.scene) and not (moved and any(suns[0]))
@@ -76,6 +78,7 @@ class LightSets:
         same_paths = self._path_light.follow(edited, table, same_suns=same_suns)
         scene.become(edited)
         overwrite(LightTable, self.table, table)
+        self._emitters = Emitters(self.table, emitters.powers)
         self.version += 1
         if not same_paths:
             self._path_version = self.version

@@ -7,7 +7,7 @@ from emitters import POINT, lamp_room, share_kernel
 from scenes import box, grey, quad, resident_of, results
 
 from gpu.core.device import alike
-from gpu.lights.build import build_light_table, light_table_after
+from gpu.lights.build import build_light_table, emitters_after, emitters_of
 from gpu.lights.light_table import LightTable
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Material, Sky, Texture, TextureSlot
@@ -24,7 +24,8 @@ def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
     ("edits", "same"),
     [
         ({"lights": {"point": LightEdit(position=(0.0, 0.2, 0.1))}}, True),
-        ({"lights": {"point": LightEdit(intensity=0.5)}}, False),
+        ({"lights": {"point": LightEdit(intensity=0.5)}}, True),
+        ({"lights": {"point": LightEdit(on=False)}}, True),
         ({"lights": {"default": LightEdit(on=False)}}, False),
         ({"lights": {"sky": LightEdit(intensity=0.5)}}, False),
         ({"materials": {"default": MaterialEdit(emission=(1.0, 0.0, 0.0))}}, False),
@@ -33,15 +34,17 @@ def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
         ({"objects": {"lamp": ObjectEdit(scale=0.5)}}, False),
     ],
 )
-def test_powers_of_emitters_are_found_again_where_an_edit_changes_one(edits: dict[str, Any], same: bool) -> None:
+def test_powers_of_extended_emitters_are_found_again_where_an_edit_changes_one(
+    edits: dict[str, Any], same: bool
+) -> None:
     """The table is as it would be anew."""
     block = replace(quad([-0.2, -0.2, 0], [0.1, 0, 0], [0, 0.1, 0]), name="block")
     lamp = replace(quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1), name="lamp")
     materials, sky = [grey(0.5), grey(0.0, emission=3.0)], Sky((0.1, 0.1, 0.1))
     base = resident_of([*box(), block, lamp], materials, lights=[POINT], sky=sky)
-    table, state = build_light_table(base), base.edited(edited(base.scene, SceneEdits(**edits)))
-    found, anew = light_table_after(table, base, state), build_light_table(state)
-    assert (found.areas is table.areas) == same
+    emitters, state = emitters_of(base), base.edited(edited(base.scene, SceneEdits(**edits)))
+    found, anew = emitters_after(emitters, base, state).table, build_light_table(state)
+    assert (found.areas is emitters.table.areas) == same
     assert alike(LightTable, found, anew)
     for name in ("faces", "areas", "lights", "radius"):
         assert np.array_equal(getattr(found, name).numpy(), getattr(anew, name).numpy())
