@@ -7,6 +7,7 @@ import pytest
 from devices import DEVICES
 from scenes import box, grey, quad, resident_of
 
+from gpu.core.kernel_loading import noted_kernels
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -22,6 +23,7 @@ SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 OTHER_CAMERA = look_at((0.1, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 QUALITY = {"sp_clusters": 200, "vpls": 2000, "vpl_clusters": 200}
+ABSENT = ("absent_alpha", "absent_textures", "absent_gloss")
 
 
 def without(*names: str) -> Skips:
@@ -83,17 +85,19 @@ def test_rays_for_more_pairs_change_little(room: DeviceScene, usual: Frame, name
     assert relative_error(usual, other) < bound
 
 
-@pytest.mark.parametrize(
-    "names",
-    [("absent_textures",), ("absent_gloss",), ("absent_alpha", "absent_textures", "absent_gloss")],
-)
-def test_kernels_that_know_of_what_is_absent_give_the_same_bits(
-    room: DeviceScene, usual: Frame, names: tuple[str, ...]
-) -> None:
-    other = frame(room, without(*names))
-    assert all(usual.stats.skips[name] == 1 for name in names)
-    assert other.stats.skips == usual.stats.skips | dict.fromkeys(names, 0)
+def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: DeviceScene, usual: Frame) -> None:
+    other = frame(room, without(*ABSENT))
+    assert all(usual.stats.skips[name] == 1 for name in ABSENT)
+    assert other.stats.skips == usual.stats.skips | dict.fromkeys(ABSENT, 0)
     assert_same(other, usual, room)
+
+
+@pytest.mark.parametrize("name", ABSENT)
+def test_each_thing_that_is_absent_has_its_switch(room: DeviceScene, name: str) -> None:
+    """Told without a launch: which kernels there would be is enough."""
+    with noted_kernels():
+        skips = frame(room, without(name)).stats.skips
+    assert [other for other in ABSENT if not skips[other]] == [name]
 
 
 def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrace: DeviceScene) -> None:

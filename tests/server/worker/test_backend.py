@@ -382,15 +382,18 @@ def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
         assert np.abs(simplejpeg.decode_jpeg(image).astype(int) - expected).mean() < 8.0
 
 
-def test_an_environment_is_around_every_scene(cpu: str, tmp_path: Path) -> None:
+def test_an_environment_is_around_every_scene(cpu: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the kernels that a start waits for, only that of one picture is compiled."""
     sky = tmp_path / "sky.hdr"
     sky.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 2\n" + bytes((128, 64, 32, 129)) * 2)
     backend = GpuBackend()
-    backend.start(Start(BOX, cpu, environment=EnvironmentOptions(environment=sky)), silent, Tasks())
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda device_scene, settings: None)
+    with monkeypatch.context() as started:
+        started.setattr(backend, "render", lambda job, report: None)  # its first picture
+        backend.start(Start(BOX, cpu, environment=EnvironmentOptions(environment=sky)), silent, Tasks())
     outside = LookAt((0.0, 1.0, 20.0), (0.0, 1.0, 40.0), None, 40.0)
-    seen = backend.render(
-        job(view=outside, output=".exr", settings=RenderSettings(component=Component.DIRECT, samples=1)), silent
-    )
+    settings = RenderSettings(method=Method.PATH, component=Component.DIRECT, samples=1)
+    seen = backend.render(job(view=outside, output=".exr", settings=settings), silent)
     assert seen.radiance is not None
     assert np.allclose(seen.radiance, [1.0, 0.5, 0.25])
 
