@@ -27,13 +27,13 @@ WALKED, AVERAGED = 2, STILL_VIEW_PARAMETERS.smoothed_frames + 2
 
 
 def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp.Kernel]:
-    """What frames of a scene with these settings launch: a little light is traced, then frames are gone through."""
+    """What frames of a scene with these settings launch, and the making of its light: both are gone through."""
     few, camera = settings.model_copy(update=FEW), device_scene.scene.cameras[0]
     launched = set[wp.Kernel]()
     for width, height in SIZES:
-        renderer = Renderer(device_scene, (width, height), few)
         mean = Accumulation(width * height, device_scene.device)
         with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run
+            renderer = Renderer(device_scene, (width, height), few)
             for _ in range(WALKED):
                 renderer.render(camera, walks=True)
             for _ in range(AVERAGED):

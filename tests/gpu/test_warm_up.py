@@ -13,6 +13,7 @@ from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
+from gpu.lights.light_paths import light_path_kernel
 from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
@@ -57,6 +58,16 @@ def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
     features = scene_features(device_scene.scene, lambertian=False)
     kernels = frame_kernels(device_scene, SETTINGS)
     assert {direct_light_kernel(features, learnt) for learnt in (False, True)} <= kernels
+
+
+def test_kernels_that_make_light_are_known_before_any_is_launched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else each would be compiled when light is traced, while a viewer waits for the first picture."""
+    device_scene, launched = resident_of(box(), [grey(0.5, emission=1.0)]), list[str]()
+    features = scene_features(device_scene.scene, lambertian=False)
+    monkeypatch.setattr(launches, "_launch_on_cpu", lambda kernel, *_: launched.append(kernel.key))
+    kernels = frame_kernels(device_scene, SETTINGS)
+    assert light_path_kernel(features, False) in kernels
+    assert not launched
 
 
 def test_a_scene_that_sends_no_light_on_has_kernels() -> None:
