@@ -2,10 +2,11 @@
 
 The picture before is looked up where it showed the same surface (gpu.denoise.reprojection) and bounded by what this
 frame has around (B. Karis, High-Quality Temporal Supersampling, 2014; M. Salvi, An Excursion in Temporal Supersampling,
-2016; survey: L. Yang et al., A Survey of Temporal Antialiasing Techniques, 2020). Each look-up between pixels brings a
-little of what is bright over an edge. Beside what is hundreds of times brighter that shows more than stairs do, for the
-mean of such an edge looks as bright as its bright side: means are of few frames there, all alike on both sides, so that
-no light is lost. A pixel takes 168 bytes of memory traffic, 56 of them to copy what was made.
+2016; survey: L. Yang et al., A Survey of Temporal Antialiasing Techniques, 2020), the less the more alike all of that
+moves: no frame builds on one of before an edit, so that only what a camera uncovers can be wrong. Each look-up between
+pixels brings a little of what is bright over an edge. Beside what is hundreds of times brighter that shows more than
+stairs do, for the mean of such an edge looks as bright as its bright side: means are of few frames there, all alike on
+both sides, so that no light is lost. A pixel takes 200 bytes of memory traffic, 56 of them to copy what was made.
 """
 
 from copy import copy
@@ -15,11 +16,12 @@ import warp as wp
 
 from gpu.core.color import brightness, from_ycocg, to_ycocg
 from gpu.core.constants import FAR_AWAY
-from gpu.core.device import launch
+from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES, find_sample_mean
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap
+from gpu.device_scene.bsdf import BSDF_PARAMETERS
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, image_point, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, apparent_position
@@ -39,8 +41,9 @@ class AntialiasingParameters:
     min_share: of what surrounds a point in the last frame, so much must be of its surface; little, for at edges that
     saw other surfaces in the same pixels. plane_tolerance: how far off its plane a point is of a surface, in spacings.
     deviations: of this frame's colours around a pixel, which earlier ones may differ from their mean by: what is left
-    of things that have moved on is cut off; thin things that this frame missed are, too: between the slats of a blind
-    most of a fifth of the light is lost by that.
+    of things that have moved on is cut off. slip: between what is in front around a pixel and what is behind, from one
+    frame to the next [pixels]; where it is less, as many times more deviations are let through: where all moves alike,
+    earlier pictures are right, and thin bright things that this frame missed would be cut off, too.
     soft_contrast, stark_contrast: of the brightest around a pixel to the darkest: up to the one a mean is of
     max_frames, from the other on it is this frame alone. dark: times the picture's mean; what is darker counts as that,
     for little of it shows.
@@ -49,7 +52,8 @@ class AntialiasingParameters:
     max_frames: int = 8
     min_share: float = 0.05
     plane_tolerance: float = 2.0
-    deviations: float = 2.0
+    deviations: float = 1.0
+    slip: float = 0.25
     soft_contrast: float = 5.0
     stark_contrast: float = 200.0
     dark: float = 0.1
@@ -89,16 +93,60 @@ def pixel_beside(pixel: int, number: int, image: ImageSize) -> int:
 
 
 @wp.func
-def nearest_beside(gbuffer: GBuffer, pixel: int, image: ImageSize) -> int:
-    """Of the 3×3 pixels about one that whose surface is nearest to the camera: silhouettes move as what is in front."""
-    nearest = pixel
+def pixels_between(pixel: int, other: int, image: ImageSize) -> wp.vec2:
+    """How far another pixel is to the right of one and below it [pixels]."""
+    right = other % image.width - pixel % image.width
+    return wp.vec2(float(right), float(other // image.width - pixel // image.width))
+
+
+@wp.struct
+class DepthsBeside:
+    """Of the 3×3 pixels about one those whose surfaces are nearest to the camera and farthest from it."""
+
+    nearest: int
+    farthest: int
+
+
+@wp.func
+def depths_beside(gbuffer: GBuffer, pixel: int, image: ImageSize) -> DepthsBeside:
+    """The pixels at both ends of what is around one; farthest of all is the sky."""
+    beside = DepthsBeside()
+    beside.nearest = pixel
+    beside.farthest = pixel
     least = float(FAR_AWAY)
+    most = float(0.0)
     for number in range(9):
         other = pixel_beside(pixel, number, image)
-        if gbuffer.face[other] != NO_HIT and gbuffer.spacing[other] < least:
-            least = gbuffer.spacing[other]
-            nearest = other
-    return nearest
+        depth = wp.where(gbuffer.face[other] == NO_HIT, float(FAR_AWAY), gbuffer.spacing[other])
+        if depth < least:
+            least = depth
+            beside.nearest = other
+        if depth > most:
+            most = depth
+            beside.farthest = other
+    return beside
+
+
+@wp.func
+def place_before(gbuffer: GBuffer, camera: CameraData, before: CameraData, pixel: int, image: ImageSize) -> wp.vec2:
+    """Where the camera of the frame before saw what `pixel` shows [pixels], as gpu.gbuffer.camera_rays.image_point."""
+    if gbuffer.face[pixel] != NO_HIT:
+        return image_point(before, apparent_position(gbuffer, pixel), image)
+    ray = pixel_ray(camera, pixel, image)
+    return image_point(before, ray.origin + ray.direction * SKY_DISTANCE, image)
+
+
+@wp.func
+def depends_on_view(gbuffer: GBuffer, pixel: int) -> bool:
+    """Whether what a pixel shows changes as the camera moves: in narrow lobes, mirrors and glass."""
+    if gbuffer.face[pixel] == NO_HIT:
+        return False
+    if wp.length(apparent_position(gbuffer, pixel) - gbuffer.position[pixel]) > gbuffer.spacing[pixel]:
+        return True
+    if gbuffer.gloss:
+        narrow = gbuffer.roughness[pixel] < wp.static(BSDF_PARAMETERS.glossy_roughness)
+        return gbuffer.f90[pixel] > 0.0 and narrow
+    return False
 
 
 @wp.func
@@ -223,38 +271,64 @@ def sample_picture_kernel(first: int, radiance: wp.array[wp.vec3], samples: wp.a
     samples[sample] = wp.where(wp.isfinite(value), value, 0.0)
 
 
+@wp.struct
+class MotionData:
+    """What is known of pixels' pictures before, (pixel,) each.
+
+    place: where in the last frame's picture a pixel's was [pixels]; frames: of how many frames that is there, 0 where
+    there is none; deviations: of this frame's colours around, which it may differ from their mean by.
+    """
+
+    place: wp.array[wp.vec2]
+    frames: wp.array[int]
+    deviations: wp.array[float]
+
+
 @wp.kernel
-def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], previous: PreviousFrameData,
-                     known: PictureData, radiance: wp.array[wp.vec3], reads: bool, chosen: AntialiasingParameters,
+def find_motion_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], previous: PreviousFrameData,
+                       known: PictureData, chosen: AntialiasingParameters, out: MotionData) -> None:  # fmt: skip
+    """One thread a pixel: where its picture was. camera (1,): this frame's; known: pictures of those before."""
+    pixel = first + wp.tid()
+    image = previous.image
+    out.frames[pixel] = 0
+    # Silhouettes move as what is in front.
+    beside = depths_beside(gbuffer, pixel, image)
+    shown = beside.nearest
+    place = place_before(gbuffer, camera[0], previous.camera[0], shown, image)
+    if place[0] <= -1.0 or place[1] <= -1.0:
+        return
+    out.frames[pixel] = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
+    # Pictures are of whole pixels: what moves in them does so by as much, wherever in the pixels rays went through.
+    moved = wp.vec2(previous.camera[0].x - camera[0].x, previous.camera[0].y - camera[0].y)
+    out.place[pixel] = place + moved + pixels_between(shown, pixel, image)
+    deviations = chosen.deviations
+    if not depends_on_view(gbuffer, pixel):
+        behind = place_before(gbuffer, camera[0], previous.camera[0], beside.farthest, image)
+        slip = wp.length(behind - place - pixels_between(shown, beside.farthest, image))
+        deviations *= wp.max(chosen.slip / wp.max(slip, 1.0e-6), 1.0)
+    out.deviations[pixel] = deviations
+
+
+@wp.kernel
+def antialias_kernel(first: int, face: wp.array[int], image: ImageSize, known: PictureData, motion: MotionData,
+                     radiance: wp.array[wp.vec3], reads: bool, chosen: AntialiasingParameters,
                      now: PictureData) -> None:  # fmt: skip
     """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
 
-    camera (1,): this frame's; reads: whether there is a previous frame. now: has its brightness already.
+    face (pixel,): as GBuffer; reads: whether there is a previous frame. now: has its brightness already.
     """
     pixel = first + wp.tid()
-    image = previous.image
-    sign = wp.where(gbuffer.face[pixel] == NO_HIT, -1, 1)
+    sign = wp.where(face[pixel] == NO_HIT, -1, 1)
     now.radiance[pixel] = radiance[pixel]
     now.frames[pixel] = sign
     if not reads:
         return
-    shown = nearest_beside(gbuffer, pixel, image)
-    ray = pixel_ray(camera[0], shown, image)
-    point = ray.origin + ray.direction * SKY_DISTANCE
-    if gbuffer.face[shown] != NO_HIT:
-        point = apparent_position(gbuffer, shown)
-    place = image_point(previous.camera[0], point, image)
-    if place[0] <= -1.0 or place[1] <= -1.0:
-        return
-    frames = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
+    frames = motion.frames[pixel]
     if frames == 0:
         return
-    # Pictures are of whole pixels: what moves in them does so by as much, wherever in the pixels rays went through.
-    x = place[0] + previous.camera[0].x - camera[0].x + float(pixel % image.width - shown % image.width)
-    y = place[1] + previous.camera[0].y - camera[0].y + float(pixel // image.width - shown // image.width)
-    found = interpolated(known.radiance, wp.vec2(x, y), image)
+    found = interpolated(known.radiance, motion.place[pixel], image)
     around = surroundings(radiance, pixel, image)
-    before = bounded(found, around, chosen.deviations)
+    before = bounded(found, around, motion.deviations[pixel])
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
         most = wp.min(float(frames + 1), frames_across(around, now.brightness[0], chosen))
@@ -271,6 +345,7 @@ class PictureHistory:
         self._now = new_pictures(size[0] * size[1], device)
         self._known = new_pictures(size[0] * size[1], device)
         self._samples = wp.zeros(SAMPLES, dtype=float, device=device)
+        self._motion: MotionData = allocate(MotionData, size[0] * size[1], device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
@@ -286,8 +361,11 @@ class PictureHistory:
         """
         launch(sample_picture_kernel, SAMPLES, [radiance, self._samples], radiance.device)
         find_sample_mean(self._samples, self._now.brightness)
-        inputs = [gbuffer, camera, previous.data, self._known, radiance, read_history, self._chosen, self._now]
-        launch(antialias_kernel, len(radiance), inputs, radiance.device)
+        if read_history:
+            looked = [gbuffer, camera, previous.data, self._known, self._chosen, self._motion]
+            launch(find_motion_kernel, len(radiance), looked, radiance.device)
+        pictures = [self._known, self._motion, radiance, read_history, self._chosen, self._now]
+        launch(antialias_kernel, len(radiance), [gbuffer.face, previous.data.image, *pictures], radiance.device)
         wp.copy(self._known.frames, self._now.frames)
         wp.copy(self._known.radiance, self._now.radiance)
         if read_history:

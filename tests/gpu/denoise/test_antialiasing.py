@@ -93,6 +93,30 @@ def test_edges_of_a_walk_are_smooth_and_nothing_is_left_behind(room: DeviceScene
     assert np.square(picture - truth).sum() < 0.5 * np.square(seen.look(pose(11), 32) - truth).sum()
 
 
+@pytest.mark.parametrize(("changes", "kept"), [({}, True), ({"slip": 0.0}, False), ({"gloss": True}, False)])
+def test_thin_bright_things_that_a_frame_misses_are_kept_where_all_moves_alike(
+    room: DeviceScene, changes: dict[str, Any], kept: bool
+) -> None:
+    glossy = changes.pop("gloss", False)
+    seen, line, even = Seen(room, **changes), np.ones(PIXELS), 1.0 + 0.01 * (np.arange(PIXELS) % 2)
+    middle = (SIZE[1] // 2) * SIZE[0] + SIZE[0] // 4
+    line[middle - 2 : middle + 3] = 3.0
+    if glossy:
+        seen.view.gbuffer.gloss = True
+        find = seen.view.find_shading_points
+
+        def find_glossy() -> None:
+            find()
+            seen.view.gbuffer.roughness.fill_(0.1)
+            seen.view.gbuffer.f90.fill_(1.0)
+
+        seen.view.find_shading_points = find_glossy  # type: ignore[method-assign]
+    seen.frame(pose(0), line)
+    for _ in range(2):
+        picture = seen.frame(pose(0), even)
+    assert (picture[middle] > 1.1) == kept
+
+
 def test_a_still_camera_sees_its_walk_through_other_places_and_a_first_frame_through_the_middle(
     room: DeviceScene,
 ) -> None:
@@ -118,7 +142,7 @@ def test_nothing_comes_over_an_edge_of_stark_contrast_or_is_lost_there(room: Dev
     seen = Seen(room, behind=1e-3, dark=0.0)
     for number in range(6):
         picture = seen.frame(pose(number))
-        assert picture == pytest.approx(np.maximum(seen.post, 1e-3), rel=1e-3)
+        assert picture == pytest.approx(np.maximum(seen.post, 1e-3), rel=0.1)
 
 
 def test_contrast_is_that_to_a_tenth_of_the_pictures_mean(room: DeviceScene) -> None:
@@ -212,9 +236,9 @@ def bounded_by(around: Doubles, colours: Sequence[float]) -> Doubles:
     return results(bounded_kernel, len(colours), [greys, *inputs], wp.vec3)[:, 1]
 
 
-def test_a_colour_is_cut_off_beyond_two_deviations() -> None:
+def test_a_colour_is_cut_off_beyond_a_deviation() -> None:
     around = np.arange(9.0).reshape(3, 3) + 4.0  # mean 8, deviation √(60/9)
-    assert bounded_by(around, [30.0, 9.0]) == pytest.approx([8.0 + 2.0 * np.sqrt(60.0 / 9.0), 9.0], rel=1e-4)
+    assert bounded_by(around, [30.0, 9.0]) == pytest.approx([8.0 + np.sqrt(60.0 / 9.0), 9.0], rel=1e-4)
 
 
 def test_beside_a_lamp_nothing_is_darker_than_all_around() -> None:
