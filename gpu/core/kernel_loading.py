@@ -8,6 +8,7 @@ from functools import partial
 from hashlib import sha256
 from os import cpu_count
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 import warp as wp
@@ -16,6 +17,9 @@ from gpu.core.sharing import DEVICE_SHARING
 
 WORKERS = cpu_count() or 1
 PACKAGE = __name__.partition(".")[0]
+# Until kernels that nobody waits for are compiled: code is made of them in Python, one after the other, while a first
+# picture would wait for the same lock.
+LATE_SECONDS = 3.0
 
 _noted: set[wp.Kernel] | None = None
 # Modules that need no compiler any more, and those that one is at, whoever waits for them; each for a device.
@@ -95,15 +99,18 @@ def is_compiled(kernel: wp.Kernel, device: wp.Device, block: int) -> bool:
 
 
 class LateKernels:
-    """Kernels that are compiled for blocks of so many threads, into Warp's cache, while others have the device."""
+    """Kernels that are compiled for blocks of so many threads, into Warp's cache, while others have the device; from
+    LATE_SECONDS on, which leaves others time for a first picture.
+    """
 
     def __init__(self, kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
         self._modules = list(dict.fromkeys(kernel.module for kernel in kernels))
         self._device, self._block = device, block
+        begins = monotonic() + LATE_SECONDS
         for module in self._modules:
             build = module, device.alias
             if build not in _builds:
-                _builds[build] = _late_builders.submit(partial(_compile, module, device, block))
+                _builds[build] = _late_builders.submit(partial(_compile_from, begins, module, device, block))
         self._futures = [_builds[module, device.alias] for module in self._modules]
 
     @property
@@ -146,6 +153,12 @@ def _compile(module: wp.Module, device: wp.Device | None, block: int, architectu
     name = module._get_compile_output_name(device, architecture, block_dim=block)
     architecture = architecture or module._get_compile_arch(device)
     module._compile(device, folder, name, architecture, options=module.resolved_options[block])
+
+
+def _compile_from(begins: float, module: wp.Module, device: wp.Device, block: int) -> None:
+    """As `_compile`, from a time of `monotonic` on."""
+    sleep(max(begins - monotonic(), 0.0))
+    _compile(module, device, block)
 
 
 def _folder(module: wp.Module, block: int) -> Path:

@@ -93,7 +93,7 @@ class Stages:
         timed = self._timed(name, work) if self.timed else work
 
         def joined() -> None:
-            self._join()
+            self.join()
             timed()
 
         self._add((name, branch, repeats), joined if waits_for_fork else timed)
@@ -187,7 +187,7 @@ class Stages:
             self._launch(parts)
             return
         graph = self._graphs.get(key)
-        self._join()
+        self.join()
         if graph is None:
             self.captured = True
             with CAPTURING, wp.ScopedCapture(self._device) as capture:
@@ -198,10 +198,12 @@ class Stages:
     def _launch(self, parts: list[_Part]) -> None:
         for part in parts:
             part.work()
-        self._join()
+        self.join()
 
-    def _join(self) -> None:
-        """Have what follows on the current stream come after what was forked."""
+    def join(self) -> None:
+        """Have what follows on the current stream come after what was forked. In a graph, what is launched only if a
+        condition holds must: nothing else may be under way where its condition is.
+        """
         if self._is_open:
             wp.get_stream(self._device).wait_event(self._over)
             self._is_open = False

@@ -117,7 +117,7 @@ class FuzzyCorrection:
         """
         frame, history, points = self._frame, view.histories.indirect, view.points
         scene, gbuffer, indirect, seed = frame.scene, frame.gbuffer, frame.indirect, frame.seed
-        passes = self._quality.refining_passes if kind.refines else self._passes
+        passes, as_wanted = (self._quality.refining_passes, False) if kind.refines else (self._passes, True)
         settled = history.settled if kind.denoise else frame.nothing
 
         @cache
@@ -127,7 +127,9 @@ class FuzzyCorrection:
         def correct() -> None:
             rays = self._rays
             trace = partial(rays.trace, scene, gbuffer)
-            trace(points, *light(), Passes(seed, settled, range(passes), as_wanted=not kind.refines))
+            if as_wanted and passes > 1:
+                stages.join()
+            trace(points, *light(), Passes(seed, settled, range(passes), as_wanted=as_wanted))
             filtered = rays.own
             if kind.denoise:
                 residual = history.take_light(points, indirect.irradiance, rays.own)

@@ -3,7 +3,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from secrets import randbits
 from threading import Event, current_thread
-from time import sleep
+from time import monotonic, sleep
 
 import pytest
 import warp as wp
@@ -178,19 +178,22 @@ def test_a_launch_that_gives_nothing_away_compiles_itself(cpu: str, others: Othe
 def test_late_kernels_are_compiled_in_threads_and_loaded_once_they_are_there(
     monkeypatch: pytest.MonkeyPatch, cpu: str
 ) -> None:
-    may_end, inner = Event(), kernel_loading._compile
+    may_end, inner, begun, times = Event(), kernel_loading._compile, monotonic(), list[float]()
 
     def compiling(module: wp.Module, device: wp.Device, block: int) -> None:
+        times.append(monotonic() - begun)
         may_end.wait(10.0)
         inner(module, device, block)
 
     monkeypatch.setattr(kernel_loading, "_compile", compiling)
+    monkeypatch.setattr(kernel_loading, "LATE_SECONDS", 0.2)
     device, kernel = wp.get_device(cpu), new_kernel()
     late, same = LateKernels([kernel], device, 1), LateKernels([kernel], device, 1)
     assert [one.compiled for one in (late, same)] == [False, False]
     may_end.set()
     while not late.compiled:
         sleep(0.01)
+    assert times[0] >= 0.2
     assert is_compiled(kernel, device, 1)
     assert not kernel.module.execs
     for one in (late, same):
@@ -205,6 +208,7 @@ def test_a_late_kernel_that_cannot_be_compiled_is_said_when_it_is_to_be_loaded(
         raise RuntimeError("of a compiler")
 
     monkeypatch.setattr(kernel_loading, "_compile", failing)
+    monkeypatch.setattr(kernel_loading, "LATE_SECONDS", 0.0)
     late = LateKernels([new_kernel()], wp.get_device(cpu), 1)
     while not late.compiled:
         sleep(0.01)

@@ -71,7 +71,7 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
 
 
 def test_what_is_not_timed_records_no_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Stages, "_join", lambda stages: ran.append("join"))
+    monkeypatch.setattr(Stages, "join", lambda stages: ran.append("join"))
     stages, ran = Stages(wp.get_device("cpu")), []
     stages.stepwise = stages.timed = False  # as a GPU's; a CPU has no events
     stages.start_frame()

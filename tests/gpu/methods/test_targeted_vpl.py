@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
+import warp as wp
 from devices import NEEDS_CUDA
 from scenes import box, grey, quad, resident_of
 
@@ -189,6 +190,18 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, si
         choice = {**INDIRECT, "sp_clusters": level.sp_clusters, "vpl_clusters": level.vpl_clusters}
         alone = Renderer(room, SIZE, RenderSettings(**choice)).render(CAMERA).radiance()
         assert alone.tobytes() == pictures[level][0]
+
+
+def test_what_is_launched_on_a_condition_comes_after_what_was_forked(
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """CUDA refuses a graph with such a branch while something else is under way in it."""
+    ran = list[str]()
+    monkeypatch.setattr(Stages, "join", lambda _: ran.append("join"))
+    monkeypatch.setattr(wp, "capture_if", lambda *_: ran.append("condition"))
+    for targets in ({}, {"target_ms": 40.0}):
+        Renderer(room, SIZE, RenderSettings(**INDIRECT, **targets)).render(CAMERA)
+    assert ran[:2] == ["join", "condition"]
 
 
 @NEEDS_CUDA
