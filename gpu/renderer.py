@@ -12,7 +12,6 @@ from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.core.staging_buffer import StagingBuffer
-from gpu.core.timed_walks import TIMED_WALKS
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.film.accumulation import Accumulation
@@ -107,8 +106,7 @@ class Renderer:
         so that this one may build on it; else the same settings and camera give the same picture, whatever was rendered
         before. What other viewers render in between changes nothing. Where the device is shared (gpu.core.sharing) a
         long frame gives it to others, and others have the host while a short one is on the device; this renderer must
-        not be used by them until it is done. A frame for a wanted time is alone on the device, since it is timed. Of
-        walks whose frames are on a GPU at once only some have their stages timed (gpu.core.timed_walks).
+        not be used by them until it is done. A frame for a wanted time is alone on the device, since it is timed.
         """
         if view is None:
             view = self._own_view = self._own_view or self.new_view()
@@ -119,8 +117,6 @@ class Renderer:
         stages, begun = self._stages, DEVICE_SHARING.own_time()
         if self._device.is_cuda:
             stages.stepwise = DEVICE_SHARING.active and self._long_seconds > LONG_FRAME_SECONDS
-            is_one_of_many = walks and DEVICE_SHARING.in_flight > 0 and self._settings.target_ms is None
-            stages.timed = not is_one_of_many or TIMED_WALKS.includes(view.number)
         if self._settings.target_ms is not None:
             wp.synchronize_device(self._device)
         if stages.stepwise:
@@ -131,7 +127,7 @@ class Renderer:
                 launched = self._launch(view, walks, camera, accumulation)
         took, beside = DEVICE_SHARING.own_time() - begun, self._wait()
         frame = self._finish(view, launched, begun)
-        if stages.steady and not stages.captured and frame.stats.stage_ms:
+        if stages.steady and not stages.captured:
             # Frames that were on the device at once took about as long as one after the other.
             took += 0.0 if stages.stepwise else 1e-3 * sum(frame.stats.stage_ms.values()) / beside
             before = 0.0 if self._long_seconds == inf else REMEMBERED * self._long_seconds
@@ -191,7 +187,7 @@ class Renderer:
             skips = {"unchanged_camera": self._pixels}
         own = {"pixels": self._pixels, "frames": sample + 1}
         stage_ms, host_ms = stages.milliseconds(), None
-        if stages.steady and not stages.captured and not unchanged and sample == 0 and stage_ms:
+        if stages.steady and not stages.captured and not unchanged and sample == 0:
             host_ms = max(1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stage_ms.values()), 0.0)
         stats = FrameStats(
             stage_ms,

@@ -33,16 +33,15 @@ class Stages:
     what differs must come through arrays. They are launched by `flush`, and before a stage that does not repeat: until
     then nothing may be launched that is to come after them. Times are of device events there, of the wall clock on the
     CPU. stepwise: frames are so long that others may have the device between the stages and within them: nothing is
-    captured, nothing runs beside a stage, and times are of the wall clock, as always on a CPU. timed: whether those of
-    a GPU's frame are timed: events in its graphs cost the host ≤ 0.4 ms. steady: whether the last frame's stages did
-    nothing that only a first frame does; captured: whether the host captured any of them in that frame. lane: where
-    they run, or None: on the device's current stream.
+    captured, nothing runs beside a stage, and times are of the wall clock, as always on a CPU. steady: whether the last
+    frame's stages did nothing that only a first frame does; captured: whether the host captured any of them in that
+    frame. lane: where they run, or None: on the device's current stream.
     """
 
     def __init__(self, device: wp.Device, lane: Lane | None = None) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._graphs: dict[tuple[bool, tuple[tuple[str, Hashable, tuple[int, ...]], ...]], wp.Graph] = {}
+        self._graphs: dict[tuple[tuple[str, Hashable, tuple[int, ...]], ...], wp.Graph] = {}
         self._parts: list[_Part] = []  # that are not launched yet
         self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
@@ -56,7 +55,7 @@ class Stages:
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.graph_key: tuple[int, ...] = ()
-        self.stepwise, self.timed = not device.is_cuda, True
+        self.stepwise = not device.is_cuda
         self.steady = self.captured = False
 
     def start_frame(self) -> None:
@@ -71,7 +70,7 @@ class Stages:
     def forget(self, number: int) -> None:
         """Free the graphs whose key has this number, since arrays that they read are freed, too."""
         self._graphs = {
-            key: graph for key, graph in self._graphs.items() if all(number not in part[2] for part in key[1])
+            parts: graph for parts, graph in self._graphs.items() if all(number not in key for _, _, key in parts)
         }
 
     def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, branch: Hashable = None,
@@ -88,30 +87,23 @@ class Stages:
                 self._seconds[name] += self._forked_seconds.pop(name, 0.0)
             self._note((name, branch, repeats))
             return
-        if waits_for_fork:
-            self._joined.add(name)
-        timed = self._timed(name, work) if self.timed else work
-
-        def joined() -> None:
-            self.join()
-            timed()
-
-        self._add((name, branch, repeats), joined if waits_for_fork else timed)
-
-    def _timed(self, name: str, work: Callable[[], None]) -> Callable[[], None]:
-        """`work` between two events, which are part of a graph: the host's part of its first launch takes no time."""
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
         begin, end = self._events[name]
+        if waits_for_fork:
+            self._joined.add(name)
 
         def timed() -> None:
+            if waits_for_fork:
+                self.join()
+            # Events are part of the graph: what the host does for its first launch is no time of the device.
             stream = wp.get_stream(self._device)
             stream.record_event(begin)
             work()
             stream.record_event(end)
 
-        return timed
+        self._add((name, branch, repeats), timed)
 
     def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
              branch: Hashable = None) -> None:  # fmt: skip
@@ -127,13 +119,11 @@ class Stages:
             return
         if self._forked is None:
             self._forked, self._over = wp.Event(self._device, enable_timing=True), wp.Event(self._device)
-        timed = self.timed
 
         def beside() -> None:
             with wp.ScopedStream(self._lane.side):
                 work()
-                if timed:
-                    self._lane.side.record_event(self._forked)
+                self._lane.side.record_event(self._forked)
                 self._lane.side.record_event(self._over)
             self._is_open = True
 
@@ -179,7 +169,7 @@ class Stages:
         parts, self._parts = self._parts, []
         if not parts:
             return
-        key = self.timed, tuple((*part.key[:2], part.graph_key) for part in parts)
+        key = tuple((*part.key[:2], part.graph_key) for part in parts)
         first = {part.key for part in parts} - self._loaded
         for part in parts:
             self._note(part.key)
@@ -209,11 +199,9 @@ class Stages:
             self._is_open = False
 
     def milliseconds(self) -> dict[str, float]:
-        """The stages' times [ms] in the order they ran, once the frame is ready; none of a frame that was not timed."""
+        """The stages' times [ms] in the order they ran, once the frame is ready."""
         if self.stepwise:
             return {name: 1e3 * self._seconds[name] for name in self._order}
-        if not self.timed:
-            return {}
         return {name: self._device_time(name) + self._waited(name) for name in self._order}
 
     def _device_time(self, name: str) -> float:

@@ -15,7 +15,7 @@ class FrameStats:
     """Times of the stages [ms] in their order, counts of what the picture is made of, and what was skipped, by name.
 
     On a GPU the rays of `direct` and `near` run beside other stages; the times of these two are the frame's wait for
-    them. stage_ms is empty where stages were not timed, as of most walks that share a GPU (gpu.core.timed_walks).
+    them.
 
     skips has the names of gpu.settings.Skips; each counts what was not done, so 0 where there was nothing to skip or
     the switch is off: pixels that were not rendered again (unchanged_camera) or take

@@ -49,9 +49,8 @@ export class Statistics {
     for (const name of PARTS) this.parts[name] = smooth(before?.[name], parts[name]);
   }
 
-  /** @param {Readonly<Record<string, number>>} times [ms]; stages that did not run took none; {}: nothing was timed */
+  /** @param {Readonly<Record<string, number>>} times [ms]; stages that did not run took none */
   #addStages(times) {
-    if (Object.keys(times).length === 0) return;
     const order = merged([...this.stages.keys()], Object.keys(times));
     const smoothed = order.map((name) => /** @type {const} */ ([name, smooth(this.stages.get(name), times[name] ?? 0)]));
     this.stages = new Map(smoothed.filter(([name, ms]) => name in times || ms >= FORGOTTEN));

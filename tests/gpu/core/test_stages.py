@@ -70,41 +70,6 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
     assert 200.0 <= times["third"] < 400.0
 
 
-def test_what_is_not_timed_records_no_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Stages, "join", lambda stages: ran.append("join"))
-    stages, ran = Stages(wp.get_device("cpu")), []
-    stages.stepwise = stages.timed = False  # as a GPU's; a CPU has no events
-    stages.start_frame()
-    stages.run("first", lambda: ran.append("first"), repeats=False)
-    stages.run("second", lambda: ran.append("second"), repeats=False, waits_for_fork=True)
-    assert ran == ["first", "join", "second"]
-    assert stages.steady is False
-    assert stages.milliseconds() == {}
-
-
-@NEEDS_CUDA
-def test_timed_and_untimed_frames_have_graphs_of_their_own() -> None:
-    device = wp.get_device("cuda:0")
-    stages, works, values = Stages(device), [], wp.zeros(10, dtype=int, device=device)
-
-    def work() -> None:
-        works.append(stages.timed)
-        launch(next_probes_kernel, 10, [values], device)
-
-    def frame(*, timed: bool) -> list[str]:
-        stages.timed = timed
-        stages.start_frame()
-        stages.run("turn", work)
-        stages.flush()
-        wp.synchronize_device(device)
-        return list(stages.milliseconds())
-
-    names = [frame(timed=timed) for timed in (True, True, False, True, False)]
-    assert names == [["turn"], ["turn"], [], ["turn"], []]
-    assert works == [True, True, False]
-    assert int(values.numpy()[-1]) == 5
-
-
 @NEEDS_CUDA
 @pytest.mark.parametrize("repeats", [False, True])
 def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:
