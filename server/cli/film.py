@@ -11,7 +11,6 @@ from time import perf_counter
 from pydantic import ValidationError
 
 from gpu.errors import UserError
-from gpu.scene.edits import edited
 from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
 from server.images import check_folder, check_output
 from server.scenes.view_camera import camera_path
@@ -90,7 +89,7 @@ def render_film(
         files.check()
     started = perf_counter()
     scene = chosen.read_file()
-    shown, edits = edited(scene, chosen.edits), chosen.edits
+    shown, edits = chosen.edited(scene, chosen.edits), chosen.edits
     animations = {} if scene.motion is None else {it.id: it.seconds for it in scene.motion.animations}
     way = camera_path(shown, views[0], options.size)
     load_seconds = perf_counter() - started
@@ -102,7 +101,7 @@ def render_film(
         for index, view in enumerate(views):
             moment = played(chosen.edits, animations, film.play, view.time - views[0].time)
             if moment != edits:
-                edits, shown = moment, edited(scene, moment)
+                edits, shown = moment, chosen.edited(scene, moment)
                 studio.show(shown)
                 way = camera_path(shown, view, options.size)
             frame = studio.picture(way.at(view.time), (index, len(views)))

@@ -171,7 +171,7 @@ def _render(options: Namespace) -> int:
     from server.cli.still import render_file
     from server.cli.studio import ChosenScene, PictureOptions
 
-    chosen = ChosenScene(options.scene, reading, environment, edits)
+    chosen = ChosenScene(options.scene, reading, environment, edits, options.edit)
     pictures = PictureOptions(size, options.device, settings)
     if options.path is None:
         render_file(chosen, output, pictures, camera=options.camera or "0", as_json=options.json)

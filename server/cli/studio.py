@@ -7,6 +7,7 @@ from time import perf_counter
 from typing import Any
 
 from gpu.device_scene.upload import DeviceScene
+from gpu.errors import UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.renderer import Renderer
@@ -20,20 +21,33 @@ from server.cli.reading import read_scene
 from server.images import DISPLAY_FORMATS, encode_image, write_atomic
 
 FAULTS = ("nonfinite", "unassigned")  # of pixels, that are warned of
+OF_OPTIONS = ("animation:", "time:")  # how errors begin of what has options of its own
 
 
 @dataclass(frozen=True)
 class ChosenScene:
-    """A built-in scene's name or a file, how that is read, what is around it, and what differs from the file."""
+    """A built-in scene's name or a file, how that is read, what is around it, and what differs from the file;
+    edit_file: that says so.
+    """
 
     source: str
     reading: ImportOptions = DEFAULT_OPTIONS
     environment: EnvironmentOptions = NO_ENVIRONMENT
     edits: SceneEdits = NO_EDITS
+    edit_file: Path | None = None
 
     def read(self) -> Scene:
         """The scene with its edits, as `read_file`. Raises UserError for an edit that cannot be, too."""
-        return edited(self.read_file(), self.edits)
+        return self.edited(self.read_file(), self.edits)
+
+    def edited(self, scene: Scene, edits: SceneEdits) -> Scene:
+        """`scene` with `edits`; raises UserError for one that cannot be, which names the file that has it."""
+        try:
+            return edited(scene, edits)
+        except UserError as error:
+            if self.edit_file is None or str(error).startswith(OF_OPTIONS):
+                raise
+            raise UserError(f"--edit: {self.edit_file}: {error}") from None
 
     def read_file(self) -> Scene:
         """The scene of the file; notes on it go to stderr. Raises UserError for one that is not there or not sound."""

@@ -98,4 +98,7 @@ def test_a_file_of_edits_changes_lights_and_materials(tmp_path: Path, capsys: py
     assert (read_image(out).max(axis=(0, 1)) > 0.0).tolist() == [False, True, False]
     edits.write_text('{"lights": {"moon": {"on": true}}}')
     assert main(command) == 2
-    assert "lights.moon: the scene has no such light; it has" in capsys.readouterr().err
+    assert f"--edit: {edits}: lights.moon: the scene has no such light; it has" in capsys.readouterr().err
+    edits.write_text("{}")
+    assert main([*command, "--time=1"]) == 2
+    assert "error: time: the scene has no animations" in capsys.readouterr().err
