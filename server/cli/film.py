@@ -11,6 +11,8 @@ from time import perf_counter
 from pydantic import ValidationError
 
 from gpu.errors import UserError
+from gpu.scene.camera_path import CameraPath
+from gpu.scene.types import Scene
 from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
 from server.images import check_folder, check_output
 from server.scenes.view_camera import camera_path
@@ -19,6 +21,7 @@ from server.video.film_settings import FILM_SUFFIX, FilmSettings
 from server.video.playing import played
 from server.wire.browser import describe
 from server.wire.camera_path import CameraPathSpec
+from server.wire.worker import AlongPath
 
 MAX_PATH_BYTES = 2**20
 _NUMBER = re.compile(r"%(?:0(\d))?d")
@@ -61,6 +64,14 @@ def read_path(file: Path) -> CameraPathSpec:
         raise UserError(f"--path: {file}: {describe(error)}") from None
 
 
+def _way(file: Path, scene: Scene, view: AlongPath, size: tuple[int, int]) -> CameraPath:
+    """The way of a camera in a scene; raises UserError that names the file and the keyframe that is wrong."""
+    try:
+        return camera_path(scene, view, size)
+    except UserError as error:
+        raise UserError(f"--path: {file}: {error}") from None
+
+
 def is_film(output: Path) -> bool:
     """Whether a file is for a film, by its name."""
     return output.suffix.lower() == FILM_SUFFIX
@@ -71,17 +82,18 @@ def render_film(
     output: Path,
     options: PictureOptions,
     *,
-    path: CameraPathSpec,
+    path: Path,
     film: FilmSettings,
     as_json: bool,
 ) -> None:
-    """Render a film along a path into the video file `output`, or into pictures of which that is the pattern.
+    """Render a film along the path that a file says into the video file `output`, or into pictures of which that is
+    the pattern.
 
     Every picture is a still's: refined from nothing, so that nothing of the one before it is seen in it. With
     `as_json`, statistics are printed on stdout. Raises UserError for a scene, environment, edit, camera, device or
     file that is not there or not sound.
     """
-    views, files = path.views(film.fps), PictureFiles(output)
+    views, files = read_path(path).views(film.fps), PictureFiles(output)
     if is_film(output):
         check_film(options.size, film.codec)
         check_folder(output)
@@ -91,7 +103,7 @@ def render_film(
     scene = chosen.read_file()
     shown, edits = chosen.edited(scene, chosen.edits), chosen.edits
     animations = {} if scene.motion is None else {it.id: it.seconds for it in scene.motion.animations}
-    way = camera_path(shown, views[0], options.size)
+    way = _way(path, shown, views[0], options.size)
     load_seconds = perf_counter() - started
     studio, faults, writing = Studio(shown, options), Counter[str](), 0.0
     video: AbstractContextManager[FilmFile | None] = (
@@ -103,7 +115,7 @@ def render_film(
             if moment != edits:
                 edits, shown = moment, chosen.edited(scene, moment)
                 studio.show(shown)
-                way = camera_path(shown, view, options.size)
+                way = _way(path, shown, view, options.size)
             frame = studio.picture(way.at(view.time), (index, len(views)))
             faults.update({what: frame.stats.counts.get(what, 0) for what in FAULTS})
             began = perf_counter()

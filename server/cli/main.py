@@ -167,7 +167,7 @@ def _render(options: Namespace) -> int:
     elif options.camera is not None:
         raise UserError("--camera: is of one picture; leave it out, or --path")
 
-    from server.cli.film import read_path, render_film
+    from server.cli.film import render_film
     from server.cli.still import render_file
     from server.cli.studio import ChosenScene, PictureOptions
 
@@ -176,7 +176,7 @@ def _render(options: Namespace) -> int:
     if options.path is None:
         render_file(chosen, output, pictures, camera=options.camera or "0", as_json=options.json)
     else:
-        render_film(chosen, output, pictures, path=read_path(options.path), film=film, as_json=options.json)
+        render_film(chosen, output, pictures, path=options.path, film=film, as_json=options.json)
     return 0
 
 

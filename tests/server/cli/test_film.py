@@ -93,7 +93,11 @@ def test_a_film_follows_a_camera_that_an_animation_moves(
         ("film.mp4", ["--path", "PATH", "--camera", "0"], "--camera: is of one picture; leave it out, or --path"),
         ("film.mp4", ["--path", "PATH", "--fps", "0"], "--fps: must be greater than or equal to 1"),
         ("film.mp4", ["--path", "PATH", "--size", "47x32"], "size: a video needs even sides"),
-        ("film.mp4", ["--path", "LOST"], "keyframes[1].camera: cornell-box has no camera 'attic'"),
+        (
+            "film.mp4",
+            ["--path", "lost.json"],
+            "--path: lost.json: keyframes[1].camera: cornell-box has no camera 'attic'",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_at_once(
@@ -107,9 +111,8 @@ def test_what_is_wrong_is_said_at_once(
     if output.endswith(".mp4"):
         pytest.importorskip("av", reason="the extra video is not installed")
     monkeypatch.chdir(path.parent)
-    lost = path.with_name("lost.json")
-    lost.write_text(path.read_text().replace(json.dumps(AWAY), '"attic"'))
-    given = [{"PATH": str(path), "LOST": str(lost)}.get(option, option) for option in options]
+    path.with_name("lost.json").write_text(path.read_text().replace(json.dumps(AWAY), '"attic"'))
+    given = [str(path) if option == "PATH" else option for option in options]
     assert main(["render", "cornell-box", output, "--device=cpu", "--size=48x32", *given]) == 2
     assert f"lumenwalk: error: {sentence}" in capsys.readouterr().err
     assert {file.name for file in path.parent.iterdir()} == {"path.json", "lost.json"}
