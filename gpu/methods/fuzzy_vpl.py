@@ -53,7 +53,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         "bright", "connect", "paths", "probe", "direct", "caustic-photons", "caustics", "near", "interpolate",
         "gloss", "antialias", "keep",
     )  # fmt: skip
-    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
+    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
     gloss_pixel_bytes, gloss_view_pixel_bytes = 41, 16
 
     @staticmethod
