@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -101,9 +100,9 @@ class Emitters:
     powers: Doubles
 
 
-def build_light_table(device_scene: DeviceScene, **options: Any) -> LightTable:
-    """The table of the scene's emitters; options: those of `emitters_of`."""
-    return emitters_of(device_scene, **options).table
+def build_light_table(device_scene: DeviceScene) -> LightTable:
+    """The table of the scene's emitters."""
+    return emitters_of(device_scene).table
 
 
 def emitters_of(

@@ -21,7 +21,7 @@ from server.cli.reading import read_scene
 from server.images import DISPLAY_FORMATS, encode_image, write_atomic
 
 FAULTS = ("nonfinite", "unassigned")  # of pixels, that are warned of
-OF_OPTIONS = ("animation:", "time:")  # how errors begin of what has options of its own
+_OF_OPTIONS = ("animation:", "time:")  # how errors begin of what has options of its own
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class ChosenScene:
         try:
             return edited(scene, edits)
         except UserError as error:
-            if self.edit_file is None or str(error).startswith(OF_OPTIONS):
+            if self.edit_file is None or str(error).startswith(_OF_OPTIONS):
                 raise
             raise UserError(f"--edit: {self.edit_file}: {error}") from None
 

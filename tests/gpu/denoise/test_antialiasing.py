@@ -142,7 +142,9 @@ def test_nothing_comes_over_an_edge_of_stark_contrast_or_is_lost_there(room: Dev
     seen = Seen(room, behind=1e-3, dark=0.0)
     for number in range(6):
         picture = seen.frame(pose(number))
-        assert picture == pytest.approx(np.maximum(seen.post, 1e-3), rel=0.1)
+        off = np.abs(picture / np.maximum(seen.post, 1e-3) - 1.0)
+        assert np.mean(off > 0.03) < 1e-3  # some 5e-5 of the bright side, at a pixel or two
+        assert off.max() < 0.06
 
 
 def test_contrast_is_that_to_a_tenth_of_the_pictures_mean(room: DeviceScene) -> None:

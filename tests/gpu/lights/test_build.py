@@ -81,7 +81,7 @@ def test_a_triangles_power_is_the_mean_over_a_lattice_of_its_points(samples: int
     parts = [quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1]), quad([-0.5, 0.5, -0.5], [1, 0, 0], [0, 0, 1], 1)]
     device_scene = resident_of(parts, [lamp, plain], textures=[Texture("bars", pixels, srgb=False, nearest=True)])
     options = {} if samples is None else {"power_samples": samples}
-    chance = results(share_kernel, 4, [build_light_table(device_scene, **options).all_emitters], float)
+    chance = results(share_kernel, 4, [emitters_of(device_scene, **options).table.all_emitters], float)
     count = samples or 16
     x, y = (np.arange(count) + 0.5) / count, np.arange(count) * 0.618034 % 1.0
     u, v = 1.0 - np.sqrt(x), y * np.sqrt(x)

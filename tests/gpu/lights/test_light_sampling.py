@@ -12,7 +12,7 @@ from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import build_light_table
+from gpu.lights.build import build_light_table, emitters_of
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
@@ -179,7 +179,7 @@ def test_triangles_that_are_seen_large_are_sampled_evenly_in_solid_angle(
 ) -> None:
     lamp = quad([-0.2, height, -0.2], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
     device_scene = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
-    inputs = [device_scene.data, build_light_table(device_scene, **options), wp.vec3(0.0, -height / 2.0, 0.0)]
+    inputs = [device_scene.data, emitters_of(device_scene, **options).table, wp.vec3(0.0, -height / 2.0, 0.0)]
     solid_angles = results(solid_angle_kernel, 256, inputs, float)
     assert (np.ptp(solid_angles) < 1e-3 * solid_angles.mean()) == even
 
