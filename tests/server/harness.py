@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +38,14 @@ def script(name: str) -> tuple[str, ...]:
 GRADIENT_WORKER = script("gradient_worker")
 ANY_CHECK = script("any_check")
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    """Until this is so, which a busy machine may take long for; an assertion fails after 20 seconds."""
+    deadline = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def rogue(way: str) -> tuple[str, ...]:

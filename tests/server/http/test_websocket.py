@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 import pytest
-from harness import IDENTITY, Running, Walker
+from harness import IDENTITY, Running, Walker, wait_for
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 from websockets.sync.client import connect
@@ -41,13 +41,6 @@ def say(connection: socket.socket, message: object) -> None:
 def sockets(running: Running) -> list[websocket.WebSocket]:
     """What the service holds open."""
     return [it for it in list(running.server.server_state.connections) if isinstance(it, websocket.WebSocket)]
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def test_only_the_last_pings_of_who_does_not_read_are_kept(running: Running) -> None:

@@ -1,5 +1,7 @@
 import time
 
+from harness import wait_for
+
 from server.worker.reporter import Reporter
 
 
@@ -17,10 +19,10 @@ def test_what_goes_on_when_the_quiet_time_is_over_is_said_then() -> None:
     report = Reporter(lambda *words: said.append(words), 0.3)
     report("reading", 0.5)
     report("compiling", 2.0)
-    time.sleep(0.6)
+    wait_for(lambda: len(said) > 0)
     assert said == [("compiling", 1.0)]
     report("tracing", 0.5)
-    assert said[-1] == ("tracing", 0.5)
+    wait_for(lambda: said[-1] == ("tracing", 0.5))
     report.end()
 
 
@@ -41,6 +43,5 @@ def test_words_come_not_too_often_and_the_last_ones_come() -> None:
     for step in range(1000):
         report("tracing", step / 1000)
     assert len(said) < 50
-    time.sleep(0.3)
-    assert said[-1] == ("tracing", 0.999)
+    wait_for(lambda: said[-1] == ("tracing", 0.999))
     report.end()
