@@ -55,13 +55,14 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
         if not isinf(material.attenuation_distance):
             volume["attenuationDistance"] = material.attenuation_distance
         made["volume"] = volume
-    if (material.specular, material.specular_color) != (_PLAIN.specular, _PLAIN.specular_color):
-        made["specular"] = {
-            "specularFactor": material.specular,
-            "specularColorFactor": list(material.specular_color),
-            **_info("specularTexture", material.specular_slot),
-            **_info("specularColorTexture", material.specular_color_slot),
-        }
+    specular: dict[str, Any] = {
+        "specularFactor": material.specular,
+        "specularColorFactor": list(material.specular_color),
+        **_info("specularTexture", material.specular_slot),
+        **_info("specularColorTexture", material.specular_color_slot),
+    }
+    if specular != {"specularFactor": _PLAIN.specular, "specularColorFactor": list(_PLAIN.specular_color)}:
+        made["specular"] = specular
     if material.clearcoat > 0.0:
         coat_normal = _normal("clearcoatNormalTexture", material.clearcoat_normal_slot, material.clearcoat_normal_scale)
         made["clearcoat"] = {
