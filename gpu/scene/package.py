@@ -11,7 +11,18 @@ from gpu.scene.limits import SceneLimits
 from gpu.scene.validate import check_count
 
 MAX_RATIO = 200  # of unpacked to packed bytes: textures and meshes stay far below, bombs do not
+_MARKED_UTF8 = 0x800
 _BROKEN = (EOFError, NotImplementedError, OSError, RuntimeError, ValueError, lzma.LZMAError, zlib.error)
+
+
+def entry_name(entry: zipfile.ZipInfo) -> str:
+    """The name, in UTF-8 also where it is not marked as that: macOS and USD do not mark it, others mean CP437."""
+    if entry.flag_bits & _MARKED_UTF8:
+        return entry.filename
+    try:
+        return entry.filename.encode("cp437").decode()
+    except UnicodeError:
+        return entry.filename
 
 
 class Package:
@@ -29,7 +40,7 @@ class Package:
             self._archive = zipfile.ZipFile(io.BytesIO(content))
         except (zipfile.BadZipFile, *_BROKEN) as error:
             raise self._unreadable(error) from error
-        self._entries = {entry.filename: entry for entry in self._archive.infolist() if not entry.is_dir()}
+        self._entries = {entry_name(entry): entry for entry in self._archive.infolist() if not entry.is_dir()}
         self.names = list(self._entries)
 
     def read(self, name: str) -> bytes:

@@ -8,14 +8,14 @@ from shutil import copyfileobj
 
 from gpu.errors import SceneError
 from gpu.scene.load import LAYERED, SUFFIXES
-from gpu.scene.package import MAX_RATIO
+from gpu.scene.package import MAX_RATIO, entry_name
 from server.scenes.clutter import is_clutter
 
 MAX_FILES = 2000
 MAX_DEPTH = 16
 MAX_NAMED = 10  # scenes of an archive that has more than one
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_ENCRYPTED, _MARKED_UTF8 = 0x1, 0x800
+_ENCRYPTED = 0x1
 
 
 class UnpackedError(SceneError):
@@ -72,7 +72,7 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
     entries: dict[PurePosixPath, zipfile.ZipInfo] = {}
     total = 0
     for entry in opened.infolist():
-        name = _name(entry).replace("\\", "/")
+        name = entry_name(entry).replace("\\", "/")
         if name.endswith("/") or is_clutter(PurePosixPath(name)):
             continue
         path = _inside(archive, name)
@@ -91,16 +91,6 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
     if total > max_bytes:
         raise UnpackedError(archive.name, total, max_bytes)
     return entries
-
-
-def _name(entry: zipfile.ZipInfo) -> str:
-    """The entry's name, in UTF-8 also where it is not marked as that: macOS does not mark it, others mean CP437."""
-    if entry.flag_bits & _MARKED_UTF8:
-        return entry.filename
-    try:
-        return entry.filename.encode("cp437").decode()
-    except UnicodeError:
-        return entry.filename
 
 
 def _inside(archive: Path, name: str) -> PurePosixPath:

@@ -13,6 +13,7 @@ from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 from gpu.errors import SceneError
 from gpu.scene.files import confined_file, read_bytes
 from gpu.scene.limits import SceneLimits
+from gpu.scene.package import entry_name
 from gpu.scene.remarks import Remarks
 from gpu.scene.validate import check_count
 
@@ -108,27 +109,26 @@ def _located(scene: Path, layer: Any, asset: str, field: str) -> str | None:
     outer, inner = Ar.SplitPackageRelativePathOuter(identifier)
     outer = str(folder / outer)  # which an absolute path replaces
     file = confined_file(scene, os.path.relpath(outer, folder), field)
-    if file is None or (inner and inner not in _names(file)):
+    if file is None or (inner and inner not in _entries(file)):
         return None
     return Ar.JoinPackageRelativePath(outer, inner) if inner else outer
 
 
-def _names(package: Path) -> list[str]:
+def _entries(package: Path) -> dict[str, zipfile.ZipInfo]:
     try:
         with zipfile.ZipFile(package) as opened:
-            return opened.namelist()
+            return {entry_name(entry): entry for entry in opened.infolist()}
     except (OSError, zipfile.BadZipFile):
-        return []
+        return {}
 
 
 def _packed(package: Path, name: str, limits: SceneLimits) -> bytes:
     """The file `name` of a USDZ package. Raises SceneError when it cannot be read or is too large."""
     try:
+        entry = _entries(package)[name]
+        check_count(f"{package}: {name}", "bytes", entry.file_size, limits.max_file_bytes, "max_file_bytes")
         with zipfile.ZipFile(package) as opened:
-            check_count(
-                f"{package}: {name}", "bytes", opened.getinfo(name).file_size, limits.max_file_bytes, "max_file_bytes"
-            )
-            return opened.read(name)
+            return opened.read(entry)
     except (OSError, KeyError, RuntimeError, NotImplementedError, zipfile.BadZipFile) as error:
         raise SceneError(str(package), name, f"cannot be unpacked: {error}") from error
 

@@ -27,6 +27,16 @@ def test_files_are_found_in_any_case() -> None:
     assert package.read("folder/b.txt") == b"2"
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "cp437"])
+def test_names_that_are_not_marked_as_utf_8_are_read(encoding: str) -> None:
+    letter = "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
+    written = letter.encode(encoding)
+    content = zipped(**{"x" * len(written): b"1"}).replace(b"/" + b"x" * len(written), b"/" + written)
+    package = Package(PATH, content, DEFAULT_LIMITS)
+    assert package.names == [f"folder/{letter}.txt"]
+    assert package.read(package.names[0]) == b"1"
+
+
 def test_no_more_is_unpacked_than_a_file_may_have() -> None:
     package = Package(PATH, zipped(a=bytes(600), b=bytes(600)), SceneLimits(max_file_bytes=1000))
     package.read("folder/a.txt")

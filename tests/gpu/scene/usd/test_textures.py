@@ -4,7 +4,7 @@ from usd_file import UsdFile
 
 from gpu.errors import SceneError
 from gpu.scene.limits import SceneLimits
-from gpu.scene.types import Scene, Wrap
+from gpu.scene.types import Wrap
 from gpu.scene.usd import load_usd
 
 pytest.importorskip("pxr")
@@ -87,13 +87,10 @@ def test_broken_and_large_images(usd: UsdFile) -> None:
         load_usd(usd.write(), SceneLimits(max_texture_size=4))
 
 
-def packaged(usd: UsdFile) -> Scene:
+@pytest.mark.parametrize("name", ["a.png", "gr\N{LATIN SMALL LETTER U WITH DIAERESIS}n.png"])
+def test_textures_of_a_package(usd: UsdFile, name: str) -> None:
+    colored(usd, usd.image(name, [[(1, 2, 3)]]))
     path = usd.write()
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(usd.folder / "scene.usdz"))
-    (usd.folder / "a.png").unlink()
-    return load_usd(usd.folder / "scene.usdz")
-
-
-def test_textures_of_a_package(usd: UsdFile) -> None:
-    colored(usd, usd.image("a.png", [[(1, 2, 3)]]))
-    assert packaged(usd).textures[0].pixels[0, 0].tolist() == [1, 2, 3, 255]
+    (usd.folder / name).unlink()
+    assert load_usd(usd.folder / "scene.usdz").textures[0].pixels[0, 0].tolist() == [1, 2, 3, 255]
