@@ -86,19 +86,33 @@ def test_what_plays_goes_on_when_the_connection_is_back(page: Page, stage: Stage
     page.get_by_role("button", name="Pause").click()
 
 
+def edges_of(page: Page, name: str) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of the element with that id."""
+    box = page.locator(f"#{name}").bounding_box()
+    assert box is not None
+    return box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
+
+
 def test_the_time_line_has_its_place_in_a_window_of_any_width(page: Page, stage: Stage) -> None:
     page.keyboard.press("KeyG")
     for width, height in ((1280, 720), (1000, 600), (844, 390)):
         page.set_viewport_size({"width": width, "height": height})
-        edges = {}
-        for name in ("player", "move-bar", "stats", "mixer", "title-bar"):
-            box = page.locator(f"#{name}").bounding_box()
-            assert box is not None
-            edges[name] = box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
+        edges = {name: edges_of(page, name) for name in ("player", "move-bar", "stats", "mixer", "title-bar")}
         for (one, (left, top, right, bottom)), (other, second) in combinations(edges.items(), 2):
             apart = right <= second[0] or second[2] <= left or bottom <= second[1] or second[3] <= top
             assert apart, f"{one} and {other} lie over each other at {width} by {height}"
         assert all(left >= 0 and right <= width for left, _, right, _ in edges.values())
-    page.keyboard.press("KeyG")
-    page.set_viewport_size({"width": 390, "height": 844})
-    expect(page.get_by_role("button", name="Loop")).to_be_in_viewport(ratio=1)
+
+
+def test_all_of_the_time_line_is_to_be_read_on_a_phone(page: Page, stage: Stage) -> None:
+    stage.scene("hall.glb", animations=[{"id": "walk around", "seconds": 600.0}, {"id": "wave", "seconds": 1.0}])
+    for width in (390, 320):
+        page.set_viewport_size({"width": width, "height": 700})
+        _, top, right, bottom = edges_of(page, "player")
+        assert edges_of(page, "stats")[3] <= top
+        assert bottom <= edges_of(page, "move-bar")[1]
+        left, _, end, _ = edges_of(page, "player-animation")
+        assert end - left > 150
+        _, _, end, low = edges_of(page, "player-loop")
+        assert end <= right
+        assert low <= bottom
