@@ -5,6 +5,7 @@ import re
 import signal
 from pathlib import Path
 
+import pytest
 from harness import Running, run
 from looking import hold, pixel, wait_for
 from playwright.sync_api import Page, expect
@@ -215,16 +216,20 @@ def test_everything_is_reached_by_keyboard_and_has_a_name(page: Page, gradients:
     assert {"view", "scene", "mode", "home", "toggle-panel", "toggle-help", "setting-method", "defaults"} <= reached
 
 
-def test_fits_a_phone(page: Page, gradients: Running) -> None:
-    page.set_viewport_size({"width": 390, "height": 844})
+@pytest.mark.parametrize("width", [390, 320])
+def test_fits_a_phone(page: Page, gradients: Running, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 844})
     visit(page, gradients)
     boxes = {name: page.locator(f"#{name}").bounding_box() for name in ("title-bar", "tools", "stats", "move-bar")}
     for name, box in boxes.items():
         assert box is not None, name
         assert box["x"] >= 0, name
-        assert box["x"] + box["width"] <= 390, name
+        assert box["x"] + box["width"] <= width, name
         assert box["y"] + box["height"] <= 844, name
     title, tools = boxes["title-bar"], boxes["tools"]
     assert title is not None
     assert tools is not None
     assert title["x"] + title["width"] <= tools["x"]
+    chosen = page.locator("#scene").bounding_box()
+    assert chosen is not None
+    assert chosen["width"] > 60  # of which the arrow takes 30
