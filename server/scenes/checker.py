@@ -10,6 +10,7 @@ import signal
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -129,7 +130,8 @@ class Checker:
         if kept is not None:
             self.kept.keep(kept)
             asyncio.get_running_loop().call_later(KEPT_SECONDS, self.kept.forget, kept.key)
-        return answer
+        info = answer.info.model_copy(update={"id": name, "name": Path(name).stem})  # not where it is kept
+        return answer.model_copy(update={"info": info})
 
     async def _run(self, request: CheckRequest, name: str) -> Checked | Refused:
         try:

@@ -23,10 +23,10 @@ def refusal(checker: Checker) -> str:
     return str(caught.value)
 
 
-def test_a_scene_is_read_by_a_child(tmp_path: Path) -> None:
-    (tmp_path / "house.glb").write_bytes(TRIANGLE_GLB)
-    checked = asyncio.run(Checker(ServerSettings()).check(str(tmp_path / "house.glb"), "house.glb"))
-    assert checked.info.triangles == 1
+def test_a_scene_is_read_by_a_child_and_has_its_name_not_its_path(tmp_path: Path) -> None:
+    (tmp_path / "secret.glb").write_bytes(TRIANGLE_GLB)
+    checked = asyncio.run(Checker(ServerSettings()).check(str(tmp_path / "secret.glb"), "rooms/house.glb"))
+    assert (checked.info.id, checked.info.name, checked.info.triangles) == ("rooms/house.glb", "house", 1)
 
 
 def test_what_is_wrong_is_said_of_the_name_not_of_the_path(tmp_path: Path) -> None:
