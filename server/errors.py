@@ -111,6 +111,9 @@ def install(app: FastAPI) -> None:
     async def invalid(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, RequestValidationError)
         first = error.errors()[0]
+        if first["type"] == "json_invalid":
+            why = f"Invalid JSON: {first['ctx']['error']} at character {first['loc'][-1]}"
+            return error_response(422, "bad-request", why)
         place = ".".join(str(part) for part in first["loc"][1:])
         return error_response(422, "bad-request", f"{place}: {reason(first)}" if place else reason(first))
 

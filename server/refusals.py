@@ -54,4 +54,4 @@ def reason(problem: Mapping[str, Any]) -> str:
         return f"needs {problem['ctx']['min_length']} or more, has {problem['ctx']['actual_length']}"
     if problem["type"] == "missing":
         return "is missing"
-    return str(problem["msg"]).removeprefix("Value error, ").replace("Input should be", "must be")
+    return str(problem["msg"]).removeprefix("Value error, ").replace("Input should", "must")

@@ -70,6 +70,22 @@ def test_a_fault_is_told_in_the_same_form_without_what_it_was() -> None:
     assert "secret" not in answer.text
 
 
+def test_a_body_that_is_no_json_is_told_as_that_and_where() -> None:
+    app = FastAPI()
+    errors.install(app)
+
+    @app.post("/thing")
+    async def post(thing: dict[str, int]) -> None: ...
+
+    async def ask() -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+            return await client.post("/thing", content=b'{"one":', headers={"Content-Type": "application/json"})
+
+    answer = asyncio.run(ask())
+    message = "Invalid JSON: Expecting value at character 7"
+    assert (answer.status_code, answer.json()) == (422, {"code": "bad-request", "message": message})
+
+
 def test_another_method_is_told_which_there_are() -> None:
     app = FastAPI()
     errors.install(app)

@@ -1,5 +1,5 @@
 import pytest
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from server.refusals import reason
 
@@ -8,6 +8,7 @@ class Asked(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     count: int = Field(ge=1)
+    day: AwareDatetime | None = None
     sides: tuple[int, ...] = Field((1, 1), min_length=2)
 
     @field_validator("count")
@@ -25,6 +26,7 @@ class Asked(BaseModel):
         ({"count": 2, "sides": [1]}, "needs 2 or more, has 1"),
         ({}, "is missing"),
         ({"count": 3}, "is odd; double it"),
+        ({"count": 2, "day": "2026-06-21T12:00"}, "must have timezone info"),
         ({"count": 0}, "must be greater than or equal to 1"),
     ],
 )
