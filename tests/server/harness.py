@@ -37,15 +37,24 @@ def script(name: str) -> tuple[str, ...]:
 
 GRADIENT_WORKER = script("gradient_worker")
 ANY_CHECK = script("any_check")
+PATIENCE = 40.0  # s, for what a machine does at once that has nothing else to do and does not stand still
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
-    """Until this is so, which a busy machine may take long for; an assertion fails after 20 seconds."""
-    deadline = time.monotonic() + 20.0
+    """Until this is so; an assertion fails where it does not become so."""
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def alive(pid: int) -> bool:
+    """Whether the process runs, stopped or not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
 
 
 def rogue(way: str) -> tuple[str, ...]:
@@ -74,7 +83,7 @@ class Walker:
         place = [0.01 * number if x is None else x, *IDENTITY[13:]]
         self.send("pose", id=number, matrix=[*IDENTITY[:12], *place], yfov=1.0)
 
-    def word(self, type_: str, timeout: float = 10.0, **fields: Any) -> dict[str, Any]:
+    def word(self, type_: str, timeout: float = PATIENCE, **fields: Any) -> dict[str, Any]:
         """The next message of this type with these fields; what comes before it is kept or passed over."""
         deadline = time.monotonic() + timeout
         while True:
@@ -84,7 +93,7 @@ class Walker:
                     return word
             self._take(deadline)
 
-    def frame(self, timeout: float = 10.0) -> tuple[FrameHeader, bytes]:
+    def frame(self, timeout: float = PATIENCE) -> tuple[FrameHeader, bytes]:
         deadline = time.monotonic() + timeout
         while not self.frames:
             self._take(deadline)
@@ -120,14 +129,14 @@ class Running:
 
     def ended(self, job: dict[str, Any]) -> dict[str, Any]:
         """A job when it has ended."""
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while job["state"] in ("queued", "running"):
             assert time.monotonic() < deadline, job
             time.sleep(0.02)
             job = self.http.get(job["url"]).json()
         return job
 
-    def wait_ready(self, timeout: float = 20.0) -> None:
+    def wait_ready(self, timeout: float = PATIENCE) -> None:
         deadline = time.monotonic() + timeout
         while self.http.get("/readyz").status_code != 200:
             assert time.monotonic() < deadline, self.service.engines.activity
@@ -151,9 +160,9 @@ def run(
         port = listener.getsockname()[1]
         # Idle connections go long before the service closes them, which could cross with a request, cores being busy.
         limits = httpx.Limits(keepalive_expiry=0.5)
-        with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20, limits=limits)) as http:
+        with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE, limits=limits)) as http:
             yield Running(app.state.service, http, server)
     finally:
         server.should_exit = True
-        thread.join(15)
+        thread.join(PATIENCE)
         assert not thread.is_alive()

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 
-from harness import GRADIENT_WORKER
+from harness import GRADIENT_WORKER, PATIENCE
 
 from gpu.settings import RenderSettings
 from server.render.engine import Engine
@@ -33,7 +33,7 @@ async def running(
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(PATIENCE):
         while not condition():
             await asyncio.sleep(0.01)
 

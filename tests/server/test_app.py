@@ -7,14 +7,13 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
 import pytest
-from harness import GRADIENT_WORKER, Walker
+from harness import GRADIENT_WORKER, PATIENCE, Walker
 from pydantic import TypeAdapter
 from websockets.sync.client import connect
 
@@ -29,8 +28,10 @@ PROGRAM = f"""
 import sys
 from gpu.errors import UserError
 from server.app import serve
+from server.http import shutdown
 from server.settings import ServerSettings
 from server.walk.stream import ROUTE
+shutdown.DRAIN_SECONDS = shutdown.END_SECONDS = 1000.0  # what holds up the end does so for too long
 try:
     serve(ServerSettings(port=0, device=sys.argv[1] or None), {GRADIENT_WORKER!r})
 except UserError as error:
@@ -53,22 +54,20 @@ def service(errors: Path, device: str = "") -> Iterator["subprocess.Popen[str]"]
 
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
-def test_it_prints_its_url_serves_without_warp_and_stops_in_seconds(tmp_path: Path, sign: signal.Signals) -> None:
+def test_it_prints_its_url_serves_without_warp_and_stops_at_once(tmp_path: Path, sign: signal.Signals) -> None:
     errors = tmp_path / "stderr"
     with service(errors) as process:
         assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
-        assert httpx.post(f"{url}/api/v1/render", json={"size": [32, 18]}, timeout=20).status_code == 200
+        assert httpx.post(f"{url}/api/v1/render", json={"size": [32, 18]}, timeout=PATIENCE).status_code == 200
         with connect(f"{url.replace('http', 'ws')}/api/v1/stream") as connection:
             walker = Walker(connection)
             walker.hello()
             walker.pose(1)
             walker.frame()
-            began = time.monotonic()
             os.killpg(process.pid, sign)  # as a terminal and systemd do; the worker must not take it for a fault
-            process.wait(20)
-        assert time.monotonic() - began < 8.0
+            process.wait(PATIENCE)
     imported = {line.split("|")[-1].strip() for line in errors.read_text().splitlines() if "import time:" in line}
     assert "server.walk.stream" in imported
     assert not [name for name in imported if name.split(".")[0] == "warp"]
@@ -79,7 +78,7 @@ def test_a_start_that_fails_ends_the_service_with_the_reason(tmp_path: Path) -> 
     with service(tmp_path / "stderr", device="none") as process:
         assert process.stdout is not None
         assert process.stdout.read() == "user error: no device 'none' here\n"
-        assert process.wait(20) == 0
+        assert process.wait(PATIENCE) == 0
 
 
 def test_a_port_in_use_is_said() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from engines import FakeEngine, order
+from harness import PATIENCE
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
@@ -33,7 +34,7 @@ def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings
         jobs = Jobs(engines, residency, engine.leave, **limits)
         task = asyncio.create_task(jobs.run())
         try:
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(PATIENCE):
                 await test(jobs)
         finally:
             task.cancel()
@@ -58,7 +59,7 @@ def test_each_worker_has_a_job_at_a_time() -> None:
         gates = first.gate, second.gate = asyncio.Event(), asyncio.Event()
         task = asyncio.create_task(jobs.run())
         added = [jobs.add(order(viewer), 2, "image/png") for viewer in (7, 8, 9)]
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(PATIENCE):
             while [job.state for job in added] != [JobState.RUNNING, JobState.RUNNING, JobState.QUEUED]:
                 await asyncio.sleep(0)
             for gate in gates:
@@ -246,7 +247,8 @@ def test_the_oldest_results_go_when_they_are_too_large() -> None:
     async def test(jobs: Jobs) -> None:
         made = [jobs.add(order(), 1, "image/png") for _ in range(3)]
         await ended(jobs, made[-1])
-        await asyncio.sleep(0.01)
+        while len(jobs.all) == len(made):
+            await asyncio.sleep(0)
         assert jobs.all == made[1:]
 
     work(FakeEngine(), test, keep_bytes=len(b"image") * 2)
@@ -287,7 +289,8 @@ def test_the_end_of_the_service_is_told() -> None:
     async def test(jobs: Jobs) -> None:
         running, waiting = (jobs.add(order(), 1, "image/png") for _ in range(2))
         watch = asyncio.create_task(ended(jobs, running))
-        await asyncio.sleep(0.01)
+        while running.state is JobState.QUEUED:
+            await asyncio.sleep(0)
         jobs.stop()
         assert (await watch)[-1] == (JobState.FAILED, 0)
         assert [job.state for job in (running, waiting)] == [JobState.FAILED] * 2

@@ -21,7 +21,7 @@ from urllib.parse import urljoin
 import httpx
 import pytest
 from gradient_worker import IDENTITY
-from harness import Running, Walker, run
+from harness import PATIENCE, Running, Walker, run
 from websockets.sync.client import ClientConnection, connect
 
 from gpu.settings import RenderSettings
@@ -33,7 +33,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "proxies.md"
 NAME, PREFIX, SERVICE = "example.org", "/walk", "127.0.0.1:8000"
 TOKEN = "correct-horse-battery-staple"
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
-KEEPALIVE_SECONDS, IDLE_SECONDS, REST_SECONDS = 0.4, 2, 3.2
+KEEPALIVE_SECONDS, IDLE_SECONDS, REST_SECONDS = 0.4, 4, 5.0
 NGINX_HEAD = """
 {user}
 daemon off; pid {folder}/nginx.pid; error_log {folder}/error.log;
@@ -71,7 +71,7 @@ class Site:
     def ask(self, method: str, path: str, headers: Mapping[str, str] = BEARER, **kwargs: Any) -> httpx.Response:
         """The answer to a request for a path of the site, which is not followed further."""
         host = {"Host": f"{NAME}:{self.port}"}
-        with httpx.Client(base_url=f"https://127.0.0.1:{self.port}", verify=self.trust, timeout=20) as http:
+        with httpx.Client(base_url=f"https://127.0.0.1:{self.port}", verify=self.trust, timeout=PATIENCE) as http:
             return http.request(method, path, headers={**host, **headers}, extensions={"sni_hostname": NAME}, **kwargs)
 
     def socket(self, headers: Mapping[str, str] = BEARER) -> ClientConnection:
@@ -152,7 +152,7 @@ def free_port() -> int:
 
 
 def wait_until_up(site: Site, process: "subprocess.Popen[bytes]", log: Path) -> None:
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + PATIENCE
     while True:
         with suppress(httpx.TransportError):
             if site.ask("GET", f"{PREFIX}/healthz").status_code == 200:
@@ -255,7 +255,7 @@ def test_walks_and_events_may_rest_longer_than_the_proxy_waits(site: Site) -> No
     )
     jobs._jobs["rests"] = RenderJob("rests", still, 1, "image/png")  # nobody is told of it, so that it waits
     url, host = f"https://127.0.0.1:{site.port}{PREFIX}/api/v1/jobs/rests", {"Host": f"{NAME}:{site.port}"}
-    with site.socket() as connection, httpx.Client(verify=site.trust, timeout=10) as http:
+    with site.socket() as connection, httpx.Client(verify=site.trust, timeout=PATIENCE) as http:
         walker = Walker(connection)
         walker.hello()
         told: dict[str, float] = {}

@@ -92,7 +92,7 @@ def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
 
     assert sharing.beside(current_thread) is current_thread()  # nobody else wants it
     sharing.begin(Idle())
-    assert sharing.beside(lambda: given.wait(10.0))
+    assert sharing.beside(lambda: given.wait(60.0))
     assert sharing.beside(current_thread) is not current_thread()
     with sharing.keep():
         assert sharing.beside(current_thread) is current_thread()

@@ -10,16 +10,29 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 
 
-def test_stages_run_in_order_and_are_timed_anew_each_frame() -> None:
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The time that stages on a CPU go by [s], which passes when it is told to."""
+    now = [0.0]
+    monkeypatch.setattr("gpu.core.sharing.perf_counter", lambda: now[0])
+    return now
+
+
+def test_stages_run_in_order_and_are_timed_anew_each_frame(clock: list[float]) -> None:
     stages, ran = Stages(wp.get_device("cpu")), []
+
+    def work(number: int) -> None:
+        ran.append(number)
+        clock[0] += 0.1 * number
+
     for _ in range(3):
         stages.start_frame()
-        stages.run("first", lambda: ran.append(1))
-        stages.run("second", lambda: ran.append(2), repeats=False)
+        stages.run("first", lambda: work(1))
+        stages.run("second", lambda: work(2), repeats=False)
     assert ran == [1, 2] * 3
     times = stages.milliseconds()
     assert list(times) == ["first", "second"]
-    assert all(0.0 <= ms < 1000.0 for ms in times.values())
+    assert list(times.values()) == pytest.approx([100.0, 200.0])
     stages.start_frame()
     assert stages.milliseconds() == {}
 
@@ -48,26 +61,25 @@ def test_what_follows_runs_each_frame_and_is_no_stage() -> None:
     assert list(stages.milliseconds()) == ["first"]
 
 
-def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> None:
+def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer(clock: list[float]) -> None:
     stages, ran = Stages(wp.get_device("cpu")), []
 
-    def beside() -> None:
-        ran.append(2)
-        sleep(0.1)
+    def work(number: int) -> None:
+        ran.append(number)
+        clock[0] += 0.1 * number
 
     for _ in range(2):
         stages.start_frame()
-        stages.run("first", lambda: ran.append(1))
-        stages.fork("third", "beside", beside)
-        stages.run("second", lambda: ran.append(3))
-        stages.fork("third", "beside, too", beside)
-        stages.run("third", lambda: ran.append(4), waits_for_fork=True)
-        stages.run("fourth", lambda: ran.append(5))
+        stages.run("first", lambda: work(1))
+        stages.fork("third", "beside", lambda: work(2))
+        stages.run("second", lambda: work(3))
+        stages.fork("third", "beside, too", lambda: work(2))
+        stages.run("third", lambda: work(4), waits_for_fork=True)
+        stages.run("fourth", lambda: work(5))
     assert ran == [1, 2, 3, 2, 4, 5] * 2
     times = stages.milliseconds()
     assert list(times) == ["first", "second", "third", "fourth"]
-    assert times["second"] < 100.0
-    assert 200.0 <= times["third"] < 400.0
+    assert list(times.values()) == pytest.approx([100.0, 300.0, 800.0, 500.0])
 
 
 @NEEDS_CUDA

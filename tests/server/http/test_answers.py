@@ -5,7 +5,7 @@ from typing import Any
 
 import httpx
 import pytest
-from harness import Running, run
+from harness import PATIENCE, Running, run
 from starlette.responses import PlainTextResponse, StreamingResponse
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -45,7 +45,7 @@ def test_head_of_an_endless_stream_ends() -> None:
 
     async def ask() -> httpx.Response:
         transport = httpx.ASGITransport(Answers(StreamingResponse(endless())))
-        async with asyncio.timeout(5), httpx.AsyncClient(transport=transport, base_url="http://here") as client:
+        async with asyncio.timeout(PATIENCE), httpx.AsyncClient(transport=transport, base_url="http://here") as client:
             return await client.head("/")
 
     assert asyncio.run(ask()).status_code == 200

@@ -75,7 +75,8 @@ def test_bodies_that_take_too_much_are_cut_off(monkeypatch: pytest.MonkeyPatch, 
         front, readers = Delivery(app), [Fake() for _ in range(3)]
         scopes = [{"type": "http", "extensions": {connection.KEY: reader}} for reader in readers]
         tasks = [asyncio.create_task(front(scope, receive, send)) for scope in scopes]
-        await asyncio.sleep(0.01)
+        for _ in range(100):
+            await asyncio.sleep(0)  # until all wait for the gate
         ends = [reader.aborted for reader in readers]
         gate.set()
         await asyncio.gather(*tasks)

@@ -1,6 +1,7 @@
 import asyncio
 
 import pytest
+from harness import PATIENCE
 
 from server.http import gate as module
 from server.http.gate import Gate
@@ -69,7 +70,7 @@ def test_one_who_costs_much_shuts_it_for_the_others() -> None:
         assert len(order) == 1
         assert not gate.is_open
 
-    asyncio.run(asyncio.wait_for(run(), 5.0))
+    asyncio.run(asyncio.wait_for(run(), PATIENCE))
 
 
 def test_one_who_fails_does_not_shut_it_for_ever() -> None:
@@ -87,4 +88,4 @@ def test_one_who_fails_does_not_shut_it_for_ever() -> None:
         while not order:
             await asyncio.sleep(0)
 
-    asyncio.run(asyncio.wait_for(run(), 5.0))
+    asyncio.run(asyncio.wait_for(run(), PATIENCE))

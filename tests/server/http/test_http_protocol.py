@@ -5,7 +5,7 @@ import socket
 from collections.abc import Callable
 
 import pytest
-from harness import Running
+from harness import PATIENCE, Running
 
 from server.http.http_protocol import MAX_HEAD_BYTES, MAX_PARTS, MAX_PATH_BYTES, MAX_PIPELINED
 from server.http.security import HEADERS
@@ -14,7 +14,7 @@ from server.http.security import HEADERS
 def ask(running: Running, data: bytes) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of the answer to raw bytes; the service closes."""
     address = running.http.base_url.host, running.http.base_url.port
-    with socket.create_connection(address, timeout=10) as client:
+    with socket.create_connection(address, timeout=PATIENCE) as client:
         client.sendall(data)
         answer = b""
         while piece := client.recv(65536):
@@ -79,14 +79,14 @@ def test_what_is_no_request_gets_a_problem_and_the_end(running: Running, data: b
 
 def test_trailers_end_too(running: Running) -> None:
     address = running.http.base_url.host, running.http.base_url.port
-    with socket.create_connection(address, timeout=10) as client:
+    with socket.create_connection(address, timeout=PATIENCE) as client:
         assert pour(client, CHUNKED + b"0\r\n", b"x: " + b"y" * 4096 + b"\r\n") < 2**26
 
 
 def test_a_body_that_is_refused_is_not_read(serve: Callable[..., Running]) -> None:
     running = serve(ready=False, token="0123456789abcdef")
     address = running.http.base_url.host, running.http.base_url.port
-    with socket.create_connection(address, timeout=10) as client:
+    with socket.create_connection(address, timeout=PATIENCE) as client:
         client.sendall(CHUNKED)
         answer = client.recv(65536)
         assert answer.startswith(b"HTTP/1.1 401")
@@ -97,7 +97,7 @@ def test_a_body_that_is_refused_is_not_read(serve: Callable[..., Running]) -> No
 def test_a_request_that_has_come_whole_keeps_its_connection(serve: Callable[..., Running]) -> None:
     running = serve(ready=False, token="0123456789abcdef")
     address = running.http.base_url.host, running.http.base_url.port
-    with socket.create_connection(address, timeout=10) as client:
+    with socket.create_connection(address, timeout=PATIENCE) as client:
         client.sendall(b"POST /api/v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n{}")
         answer = client.recv(65536)
     assert answer.startswith(b"HTTP/1.1 401")
@@ -138,7 +138,7 @@ def test_a_stream_is_for_websockets(running: Running) -> None:
 
 def test_of_many_requests_at_once_some_are_answered(running: Running) -> None:
     address = running.http.base_url.host, running.http.base_url.port
-    with socket.create_connection(address, timeout=10) as client:
+    with socket.create_connection(address, timeout=PATIENCE) as client:
         client.sendall((HOST + b"\r\n") * 20)
         answers = b""
         while piece := client.recv(65536):

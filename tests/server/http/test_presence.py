@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 import pytest
+from harness import PATIENCE
 
 from server.http import presence
 from server.http.presence import serve_while_present
@@ -39,7 +40,7 @@ def free(seconds: float) -> None:
 
 
 def run(test: Callable[[], Awaitable[None]]) -> None:
-    asyncio.run(asyncio.wait_for(test(), 5.0))  # type: ignore[arg-type]
+    asyncio.run(asyncio.wait_for(test(), PATIENCE))  # type: ignore[arg-type]
 
 
 WHOLE = {"type": "http.request", "body": b"", "more_body": False}

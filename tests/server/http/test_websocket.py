@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 import pytest
-from harness import IDENTITY, Running, Walker, wait_for
+from harness import IDENTITY, PATIENCE, Running, Walker, wait_for
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 from websockets.sync.client import connect
@@ -55,7 +55,7 @@ def test_only_the_last_pings_of_who_does_not_read_are_kept(running: Running) -> 
         assert b"9" not in held._pong
         assert not pongs[0].wait(0.2)
         held.loop.call_soon_threadsafe(held.resume_writing)
-        assert pongs[-1].wait(10.0)
+        assert pongs[-1].wait(PATIENCE)
 
 
 def test_messages_have_few_fragments(running: Running) -> None:
@@ -99,7 +99,7 @@ def test_text_that_is_none_is_the_viewers_fault(running: Running, caplog: pytest
     with connect(f"ws://{running.http.base_url.netloc.decode()}/api/v1/stream") as client:
         client.socket.sendall(Frame(Opcode.TEXT, b"\xff\xfe").serialize(mask=True))
         with pytest.raises(ConnectionClosed) as closed:
-            client.recv(10.0)
+            client.recv(PATIENCE)
     assert closed.value.rcvd is not None
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1007, "text that is not UTF-8")
     assert not [record for record in caplog.records if record.levelname == "ERROR"]

@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 from gradient_worker import ENOUGH, FAULT_SEED, SLICED_SEED
+from harness import PATIENCE
 from live_engine import check, job, result, until
 
 from server.render.engine import Engine
@@ -103,14 +104,18 @@ def test_frames_of_one_viewer_come_in_their_order() -> None:
 
 
 @pytest.mark.parametrize(("urgency", "interrupted"), [(Urgency.MOVING, False), (Urgency.REFINING, True)])
-def test_those_who_move_leave_each_other_whole_frames(urgency: Urgency, interrupted: bool) -> None:
+def test_those_who_move_leave_each_other_whole_frames(
+    urgency: Urgency, interrupted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Frames that all share would all come late; what is less urgent gives way at once."""
+    monkeypatch.setattr("server.render.running.WHOLE_FRAME_SECONDS", PATIENCE)
+    monkeypatch.setattr("server.render.engine.LONG_TURN_SECONDS", PATIENCE)
 
     async def scenario(engine: Engine) -> None:
         reply = await engine.submit(1, urgency, lambda: job(1, SLICED_SEED))
         assert reply is not None
         other = asyncio.create_task(result(engine, job(2)))
-        await asyncio.wait([other], timeout=20.0 if interrupted else 0.3)
+        await asyncio.wait([other], timeout=PATIENCE if interrupted else 0.3)
         assert other.done() == interrupted
         reply.cancel()
         await other

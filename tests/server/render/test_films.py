@@ -5,6 +5,7 @@ from threading import Event, get_ident
 
 import pytest
 from engines import FakeEngine, order
+from harness import PATIENCE
 
 from server.render.engine_pool import EnginePool
 from server.render.films import Film, render_film
@@ -91,7 +92,7 @@ def test_a_picture_is_encoded_to_its_end_however_often_the_film_is_cancelled(
 
     def add(_film: FilmFile, _pixels: object) -> None:
         begun.set()
-        go_on.wait(10)
+        go_on.wait(PATIENCE)
 
     def abandon(film: FilmFile) -> None:
         threads.append(get_ident())

@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
-from harness import GRADIENT_WORKER, rogue
+from harness import GRADIENT_WORKER, PATIENCE, rogue
 
 from gpu.errors import UserError
 from server.render.engine import Engine
@@ -126,7 +126,7 @@ def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
     async def main() -> None:
         engine = Engine(START, rogue(way))
         task = asyncio.create_task(engine.run())
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE):
             while engine.restarts == 0:
                 await asyncio.sleep(0.01)
         task.cancel()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from gradient_worker import FAULT_SEED, HANG_SEED
-from harness import Running
+from harness import PATIENCE, Running, wait_for
 
 from server.render.engine import Engine
 
@@ -27,7 +27,7 @@ def test_ready_names_the_device(running: Running) -> None:
 
 
 def wait_unready(running: Running) -> None:
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + PATIENCE
     while (response := running.http.get("/readyz")).status_code == 200:
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -44,6 +44,7 @@ def test_a_render_that_breaks_the_renderer_makes_it_unready_for_a_moment(
     lost = running.http.post("/api/v1/render", json={"size": [8, 8], "settings": {"seed": seed}})
     assert lost.status_code == 503
     assert "Retry-After" in lost.headers
+    running.service.engines.engines[0]._hang_seconds = PATIENCE
     wait_unready(running)
     running.wait_ready()
     assert running.http.get("/readyz").json()["restarts"] == 1
@@ -83,10 +84,7 @@ def test_a_service_whose_turn_takes_too_long_is_busy(
 def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running]) -> None:
     running = serve(device="cpu,cpu")
     engines = running.service.engines
-    deadline = time.monotonic() + 20.0
-    while not all(engine.ready for engine in engines.engines):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: all(engine.ready for engine in engines.engines))
     with running.walker() as walker:
         walker.hello()
         walker.pose(1)
@@ -94,10 +92,7 @@ def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running])
         own = next(engine for engine in engines.engines if engines.clients_of(engine))
         assert own.worker_pid is not None
         os.kill(own.worker_pid, signal.SIGKILL)
-        deadline = time.monotonic() + 10.0
-        while own.ready:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        wait_for(lambda: not own.ready)
         response = running.http.get("/readyz")
         assert response.status_code == 200
         walker.pose(2)
@@ -105,9 +100,7 @@ def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running])
         workers = running.http.get("/readyz").json()["workers"]
         assert sorted(worker["viewers"] for worker in workers) == [0, 1]
         assert workers[engines.engines.index(own)]["viewers"] == 0
-    while not own.ready:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: own.ready)
     workers = running.http.get("/readyz").json()["workers"]
     assert [worker["status"] for worker in workers] == ["ready", "ready"]
     assert sorted(worker["restarts"] for worker in workers) == [0, 1]
@@ -116,8 +109,5 @@ def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running])
 
 def test_a_device_that_cannot_be_used_fails_the_service(serve: Callable[..., Running]) -> None:
     running = serve(ready=False, device="cpu,none")
-    deadline = time.monotonic() + 10.0
-    while (told := running.http.get("/readyz").json())["status"] != "failed":
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    assert told["text"] == "no device 'none' here"
+    wait_for(lambda: running.http.get("/readyz").json()["status"] == "failed")
+    assert running.http.get("/readyz").json()["text"] == "no device 'none' here"

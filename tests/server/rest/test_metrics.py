@@ -1,11 +1,10 @@
 import re
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from glb_file import TRIANGLE_GLB
 from gradient_worker import MEMORY, SLOW_SECONDS, SLOW_SEED
-from harness import Running
+from harness import Running, wait_for
 from prometheus_client.parser import text_string_to_metric_families
 
 
@@ -29,9 +28,7 @@ def test_metrics_say_who_is_here_and_what_is_under_way(running: Running) -> None
         assert samples["lumenwalk_stills_waiting"] == 0
         assert samples["lumenwalk_engine_restarts_total"] == 0
         assert samples["process_resident_memory_bytes"] > 0
-    deadline = time.monotonic() + 5.0
-    while scrape(running)["lumenwalk_viewers"] > before["lumenwalk_viewers"] and time.monotonic() < deadline:
-        time.sleep(0.01)
+    wait_for(lambda: scrape(running)["lumenwalk_viewers"] <= before["lumenwalk_viewers"])
     assert scrape(running)["lumenwalk_window_frames"] == before["lumenwalk_window_frames"]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from glb_file import TRIANGLE_GLB
 from gradient_worker import SLOW_SEED
-from harness import Running, Walker
+from harness import Running, Walker, wait_for
 
 from gpu.scene.edits import LightEdit, SceneEdits
 from server.rate_limit import Buckets
@@ -214,10 +214,7 @@ def test_who_leaves_while_a_scene_is_loaded_leaves_nothing_behind(
         url = f"{SCENES}/hall.glb/load"
         with service.http.stream("POST", url, headers={"Accept": "text/event-stream"}) as answer:
             next(answer.iter_lines())
-    deadline = time.monotonic() + 10.0
-    while len(engine.listeners) > before:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_for(lambda: len(engine.listeners) <= before)
     assert "Exception" not in caplog.text
 
 
@@ -230,13 +227,8 @@ def test_an_upload_that_is_cut_off_leaves_nothing_and_no_traceback(
     with socket.create_connection((url.host, url.port)) as connection:
         head = f"POST {SCENES}?name=house.glb HTTP/1.1\r\nHost: {url.netloc.decode()}\r\nContent-Length: 100000\r\n\r\n"
         connection.sendall(head.encode() + b"x" * 5000)
-        deadline = time.monotonic() + 10.0
-        while not uploads._taking:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-    while uploads._taking:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+        wait_for(lambda: bool(uploads._taking))
+    wait_for(lambda: not uploads._taking)
     time.sleep(0.1)
     assert not list(uploads._folder.iterdir())
     assert "Traceback" not in caplog.text

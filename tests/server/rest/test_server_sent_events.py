@@ -2,6 +2,7 @@ import asyncio
 from collections.abc import AsyncGenerator
 
 import pytest
+from harness import PATIENCE
 
 from server.errors import ErrorBody
 from server.places import Places
@@ -31,9 +32,10 @@ class Source:
 
     def __init__(self, *texts: str, ends: bool) -> None:
         self._texts, self._ends = texts, ends
-        self.closed = False
+        self.begun = self.closed = False
 
     async def __call__(self) -> AsyncGenerator[str]:
+        self.begun = True
         try:
             for text in self._texts:
                 yield text
@@ -56,7 +58,7 @@ def test_a_stream_ends_with_its_events_or_with_the_service(ends: bool) -> None:
             await anext(stream)
         assert source.closed
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))
 
 
 def test_a_stream_that_rests_says_that_it_lives() -> None:
@@ -69,7 +71,7 @@ def test_a_stream_that_rests_says_that_it_lives() -> None:
         await stream.aclose()  # the client leaves between two of them
         assert source.closed
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))
 
 
 def test_events_are_closed_when_the_client_leaves() -> None:
@@ -77,13 +79,14 @@ def test_events_are_closed_when_the_client_leaves() -> None:
         source = Source(ends=False)
         stream = event_stream(source(), asyncio.Event(), 60.0).body_iterator
         waiting = asyncio.ensure_future(anext(stream))
-        await asyncio.sleep(0.01)
+        while not source.begun:
+            await asyncio.sleep(0)
         waiting.cancel()
         with pytest.raises(asyncio.CancelledError):
             await waiting
         assert source.closed
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))
 
 
 def test_an_end_that_comes_with_the_services_is_the_last_word() -> None:
@@ -98,7 +101,7 @@ def test_an_end_that_comes_with_the_services_is_the_last_word() -> None:
         asyncio.get_running_loop().call_soon(stopping.set)
         assert [text async for text in stream] == ["end"]
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))
 
 
 def test_a_stream_takes_a_place_while_it_lasts() -> None:
@@ -122,4 +125,4 @@ def test_a_stream_takes_a_place_while_it_lasts() -> None:
         with places.taken("192.0.2.7"):
             pass
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))

@@ -2,9 +2,10 @@ import asyncio
 import os
 import time
 from pathlib import Path
-from threading import get_ident
+from threading import Event, get_ident
 
 import pytest
+from harness import PATIENCE
 
 from gpu.errors import UserError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
@@ -91,27 +92,27 @@ def test_a_file_read_otherwise_is_another_scene_to_the_worker(folder: Path, tmp_
 def test_the_folder_is_looked_through_again_beside_the_loop(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     catalogue = Catalogue("cornell-box", folder)
     walks: list[int] = []
+    goes_on = Event()
 
     def slow(folder: Path) -> dict[str, str]:
         walks.append(get_ident())
-        time.sleep(0.2)
+        assert goes_on.wait(PATIENCE)
         return {"new.glb": str(folder / "new.glb")}
 
     (folder / "new.glb").write_bytes(b"")
     monkeypatch.setattr("server.scenes.catalogue.scene_files", slow)
     monkeypatch.setattr("server.scenes.catalogue.LISTED_SECONDS", 60.0)
 
-    async def main() -> int:
+    async def main() -> None:
         catalogue._files_until = 0.0
         looks = [asyncio.create_task(catalogue.look_up("new.glb")) for _ in range(20)]
-        beats = 0
-        while not all(look.done() for look in looks):
-            beats += 1
-            await asyncio.sleep(0.005)
+        for _ in range(20):
+            await asyncio.sleep(0)
+        goes_on.set()
+        await asyncio.gather(*looks)
         assert {look.result().id for look in looks} == {"new.glb"}
-        return beats
 
-    assert asyncio.run(main()) > 5
+    asyncio.run(main())
     assert len(walks) == 1
     assert walks[0] != get_ident()
 
@@ -120,8 +121,8 @@ def test_thousands_of_files_are_found_by_id_without_a_walk(folder: Path, monkeyp
     catalogue = Catalogue("cornell-box", folder)
     many = {f"{number}.glb": str(folder / "a.glb") for number in range(10_000)}
     catalogue._take(many, 0.0)
-    began = time.perf_counter()
+    began = time.thread_time()
     for number in range(1000):
         catalogue.find(f"{number}.glb")
-    assert time.perf_counter() - began < 1.0
+    assert time.thread_time() - began < 1.0
     assert len(catalogue.names()) > 10_000

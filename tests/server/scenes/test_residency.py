@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from engines import BOX, FakeEngine
-from harness import ANY_CHECK
+from harness import ANY_CHECK, PATIENCE
 
 from gpu.errors import SceneError
 from gpu.scene.import_options import ImportOptions
@@ -187,7 +187,7 @@ def test_what_is_there_waits_for_no_loading_and_others_come_before_a_clients_sec
         wanted = [("a", slow), ("a", more), ("b", other)]
         asked = [asyncio.create_task(ask(client, scene)) for client, scene in wanted]
         await asyncio.sleep(0)
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(PATIENCE):
             await scenes.open(BOX)
             engine.gate.set()
             await asyncio.gather(*asked)
@@ -215,7 +215,7 @@ def test_of_one_client_one_scene_is_read_at_a_time_and_nobody_waits_for_it(
     async def run() -> None:
         asked = [asyncio.create_task(ask("a", name)) for name in "abc"]
         await asyncio.sleep(0)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE):
             await asyncio.create_task(ask("b", "c"))
             assert began == ["a", "c"]
             gate.set()

@@ -2,6 +2,8 @@
 
 import asyncio
 
+from harness import PATIENCE
+
 from server.walk.stirring import Stirring
 
 
@@ -66,7 +68,7 @@ def test_what_time_alone_changes_is_seen_though_it_moves() -> None:
         task = asyncio.create_task(stirring.until(lambda: loop.time() >= rests_at))
         await asyncio.sleep(0)
         rests_at += 0.03  # nothing stirs
-        await asyncio.wait_for(task, 5.0)
+        await asyncio.wait_for(task, PATIENCE)
         assert loop.time() >= rests_at
 
     asyncio.run(scenario())
@@ -81,6 +83,6 @@ def test_time_counts_from_when_something_stirs() -> None:
         await asyncio.sleep(0)
         rests_at = loop.time() + 0.01
         stirring.stir()
-        await asyncio.wait_for(task, 5.0)
+        await asyncio.wait_for(task, PATIENCE)
 
     asyncio.run(scenario())

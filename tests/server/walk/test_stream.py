@@ -5,13 +5,14 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from threading import Event, Thread
 
 import pytest
 import simplejpeg
 from gradient_worker import BUG_SEED, DEADLY_SEED, LONG_SEED, SLOW_SEED, TARGET, WRONG_SEED
-from harness import Running, Walker
+from harness import Running, Walker, wait_for
 from websockets.exceptions import ConnectionClosed
 
 from server.scenes import checker
@@ -123,12 +124,22 @@ def test_moving_frames_have_the_scale_that_is_locked(walker: Walker) -> None:
     assert (header.phase, header.width, header.height) == (Phase.MOVING, 128, 72)
 
 
-def test_the_newest_pose_wins(walker: Walker) -> None:
-    walker.send("settings", id=1, settings={"seed": SLOW_SEED})
-    walker.pose(1)
-    time.sleep(0.1)  # the first is being rendered
-    for number in range(2, 30):
-        walker.pose(number)
+def test_the_newest_pose_wins(running: Running, walker: Walker, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.HEARTBEAT_SECONDS", inf)  # they would have the turn
+    (engine,) = running.service.engines.engines
+    wait_for(lambda: len(engine._running) == 0)
+    worker = engine.worker_pid
+    assert worker is not None
+    os.kill(worker, signal.SIGSTOP)
+    try:
+        walker.pose(1)
+        wait_for(lambda: any(not turn.is_heartbeat for turn in engine._running))
+        for number in range(2, 30):
+            walker.pose(number)
+        walker.socket.send("{")  # an error tells that what came before it was read
+        walker.word("error", code="bad-message")
+    finally:
+        os.kill(worker, signal.SIGCONT)
     poses = []
     for _ in range(2):
         header, _ = walker.frame()
@@ -267,8 +278,7 @@ def test_a_message_that_is_too_big_closes_the_session(running: Running, walker: 
 
 
 def test_one_viewer_too_many_is_told_to_try_again(running: Running, visit: Visit) -> None:
-    while running.service.viewers:  # those of other tests are leaving
-        time.sleep(0.01)
+    wait_for(lambda: not running.service.viewers)  # those of other tests are leaving
     for _ in range(running.service.settings.max_viewers):
         visit(running).hello()
     assert closed(visit(running)) == 1013
@@ -313,9 +323,9 @@ def test_a_view_that_kills_the_worker_is_given_up(serve: Callable[..., Running],
     walker.hello()
     walker.send("settings", id=1, settings={"seed": DEADLY_SEED})
     walker.pose(1)
-    assert "change it" in walker.word("error", timeout=30, code="render-failed")["message"]
+    assert "change it" in walker.word("error", code="render-failed")["message"]
     walker.send("settings", id=2, settings={})
-    assert walker.frame(timeout=30)[0].settings == 2
+    assert walker.frame()[0].settings == 2
 
 
 def test_a_scene_that_kills_the_worker_is_given_up(serve: Callable[..., Running], visit: Visit, tmp_path: Path) -> None:
@@ -323,10 +333,10 @@ def test_a_scene_that_kills_the_worker_is_given_up(serve: Callable[..., Running]
     walker = visit(serve(scenes_dir=tmp_path))
     walker.hello()
     walker.send("settings", id=1, scene="deadly.glb")
-    walker.word("error", timeout=30, code="scene-failed")
+    walker.word("error", code="scene-failed")
     assert walker.word("scene")["id"] == "cornell-box"
     walker.pose(1)
-    walker.frame(timeout=30)
+    walker.frame()
 
 
 def test_who_starts_to_walk_does_not_wait_behind_walkers_for_a_sharper_picture(
@@ -355,7 +365,7 @@ def test_who_starts_to_walk_does_not_wait_behind_walkers_for_a_sharper_picture(
         time.sleep(1.0)  # until a sharper picture waits
         resting.send("ack", frame=2)
         resting.pose(2)
-        while resting.frame(timeout=5.0)[0].pose != 2:
+        while resting.frame()[0].pose != 2:
             pass
     finally:
         ended.set()
@@ -367,14 +377,14 @@ def test_a_view_that_gets_sharper_is_ready(walker: Walker) -> None:
     walker.send("settings", id=1, settings={"seed": LONG_SEED, "frames": 2})
     walker.pose(1)
     walker.word("status", state="loading", text="long")
-    while (header := walker.frame(timeout=30.0)[0]).phase is Phase.MOVING:
+    while (header := walker.frame()[0]).phase is Phase.MOVING:
         walker.send("ack", frame=header.frame)
     walker.send("ack", frame=header.frame)
     # What told that it was loading has passed; that it is ready may have come before the picture.
     loading = [place for place, word in enumerate(walker.words) if word.get("state") == "loading"]
     del walker.words[: max(loading, default=-1) + 1]
     walker.word("status", state="ready")
-    assert walker.frame(timeout=30.0)[0].phase is Phase.FINAL
+    assert walker.frame()[0].phase is Phase.FINAL
     assert not [word for word in walker.words if word["type"] == "status" and word["state"] != "ready"]
 
 
@@ -422,8 +432,5 @@ def test_a_viewer_that_leaves_is_forgotten(running: Running) -> None:
     with running.walker() as walker:
         walker.hello()
         here, listeners = set(running.service.viewers), len(running.service.engines.listeners)
-    deadline = time.monotonic() + 5.0
-    while running.service.viewers.keys() >= here and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert not running.service.viewers.keys() >= here
-    assert len(running.service.engines.listeners) < listeners
+    wait_for(lambda: not running.service.viewers.keys() >= here)
+    wait_for(lambda: len(running.service.engines.listeners) < listeners)

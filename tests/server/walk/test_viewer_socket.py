@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 from fastapi import WebSocket, WebSocketDisconnect
+from harness import PATIENCE
 
 from gpu.errors import UserError
 from server.walk.viewer_socket import ViewerSocket
@@ -79,4 +80,4 @@ def test_a_viewer_that_takes_nothing_is_not_waited_for(monkeypatch: pytest.Monke
         with pytest.raises(WebSocketDisconnect):
             await socket.leave(1012, "stopping")
 
-    asyncio.run(asyncio.wait_for(main(), 5.0))
+    asyncio.run(asyncio.wait_for(main(), PATIENCE))

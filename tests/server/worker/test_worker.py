@@ -6,11 +6,9 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from threading import Thread
 from types import UnionType
 from unittest.mock import create_autospec
@@ -28,7 +26,7 @@ from gradient_worker import (
     SLOW_SEED,
     WRONG_SEED,
 )
-from harness import GRADIENT_WORKER
+from harness import GRADIENT_WORKER, PATIENCE, alive, wait_for
 
 from gpu.settings import RenderSettings
 from server.wire.log_format import LogFormat
@@ -91,7 +89,7 @@ class Pipe:
 @contextmanager
 def worker() -> Iterator[tuple[Pipe, "subprocess.Popen[bytes]"]]:
     ours, theirs = socket.socketpair()
-    ours.settimeout(20)
+    ours.settimeout(PATIENCE)
     pipe = Pipe(ours)
     with subprocess.Popen([*GRADIENT_WORKER, str(theirs.fileno())], pass_fds=[theirs.fileno()]) as process:
         theirs.close()
@@ -99,7 +97,7 @@ def worker() -> Iterator[tuple[Pipe, "subprocess.Popen[bytes]"]]:
             yield pipe, process
         finally:
             pipe.close()
-            process.wait(10)
+            process.wait(PATIENCE)
 
 
 @pytest.fixture
@@ -215,7 +213,7 @@ def test_a_device_that_fails_ends_the_worker_at_once(seed: int) -> None:
         pipe.send(Start(SCENE))
         pipe.read(Ready)
         pipe.send(render(1, seed=seed))
-        assert process.wait(10) == FAULT
+        assert process.wait(PATIENCE) == FAULT
 
 
 def test_a_mistake_is_answered_with_its_text(pipe: Pipe) -> None:
@@ -227,7 +225,7 @@ def test_a_start_that_fails_is_said_and_ends_the_worker() -> None:
     with worker() as (pipe, process):
         pipe.send(Start(SCENE, device="none"))
         assert pipe.read(Failed)[0] == Failed(0, "no device 'none' here", Cause.USER)
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE) == 0
 
 
 def test_the_worker_ends_when_the_web_process_does() -> None:
@@ -236,7 +234,7 @@ def test_the_worker_ends_when_the_web_process_does() -> None:
         pipe.read(Ready)
         pipe.send(render(1, seed=SLOW_SEED))  # even while it is busy
         pipe.close()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE) == 0
 
 
 def test_the_log_has_the_format_of_the_service(capfd: pytest.CaptureFixture[str]) -> None:
@@ -290,11 +288,7 @@ def test_a_stopped_worker_ends_with_the_web_process() -> None:
         worker_pid = int(parent.stdout.readline())
         os.kill(worker_pid, signal.SIGSTOP)
         parent.kill()
-    deadline = time.monotonic() + 10.0
-    stat = Path(f"/proc/{worker_pid}/stat")
-    while stat.exists() and stat.read_text().rpartition(")")[2].split()[0] not in "ZX":
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_for(lambda: not alive(worker_pid))
 
 
 def test_a_pick_is_answered_in_its_turn(pipe: Pipe) -> None:
@@ -328,6 +322,6 @@ def test_looks_for_messages_end_however_short_they_are(monkeypatch: pytest.Monke
 
         thread = Thread(target=look, daemon=True)
         thread.start()
-        thread.join(30.0)
+        thread.join(PATIENCE)
         assert not thread.is_alive()
     assert backend.leave.call_count == 2000
