@@ -366,9 +366,11 @@ class Engine:
     async def _watch(self, link: WorkerLink) -> None:
         """Kill a worker that hangs, which `_run_worker` then hears; have an idle one show that it lives."""
         while True:
+            due = monotonic() + WATCH_SECONDS
             await asyncio.sleep(WATCH_SECONDS)
             began, now = self._running.began, monotonic()
-            silence = now - max(self._last_heard, began or 0.0)
+            self._last_heard = min(max(self._last_heard, began or 0.0) + now - due, now)  # but for what it slept longer
+            silence = now - self._last_heard
             if self._listening and began is None:
                 if silence >= HEARTBEAT_SECONDS:
                     self._queue_heartbeat()
