@@ -3,8 +3,10 @@
 import asyncio
 import os
 import signal
+from collections.abc import Callable
 from contextlib import suppress
 from time import perf_counter
+from typing import Any
 
 import httpx
 
@@ -52,9 +54,10 @@ async def illegal_access(target: Target, scale: Scale) -> Outcome:
     async with crowd_of(target, scale, 2) as viewers, target.http() as http:
         await viewers[0].change(settings={"seed": scale.fault_seed})
         began = perf_counter()
-        seen = await _code(http, 503, FAULT_SEEN_SECONDS)
+        seen = await _until(http, lambda told: told["code"] == 503 or told["restarts"] > 0, FAULT_SEEN_SECONDS)
         await viewers[0].change(settings={})
-        over = await _code(http, 200, FAULT_OVER_SECONDS - (perf_counter() - began))
+        left = FAULT_OVER_SECONDS - (perf_counter() - began)
+        over = await _until(http, lambda told: told["code"] == 200, left)
         ready = perf_counter()
         await goes_on(viewers, outcome)
     outcome.measured = {"seen_seconds": seen, "over_seconds": None if over is None else ready - began}
@@ -114,11 +117,11 @@ def _pid(target: Target) -> int:
     return target.process.pid
 
 
-async def _code(http: httpx.AsyncClient, code: int, seconds: float) -> float | None:
-    """How long it took until /readyz answered so; None: it did not in time."""
+async def _until(http: httpx.AsyncClient, holds: Callable[[dict[str, Any]], bool], seconds: float) -> float | None:
+    """How long it took until this held of what /readyz says; None: it did not in time."""
     began = perf_counter()
     while perf_counter() - began < seconds:
-        if (await probe.state(http))["code"] == code:
+        if holds(await probe.state(http)):
             return perf_counter() - began
         await asyncio.sleep(0.01)
     return None

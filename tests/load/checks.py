@@ -69,7 +69,7 @@ def quick(fault_seed: int) -> Scale:
         phase_seconds=2.0,
         phases=1,
         change=inf,
-        refused_ms=5000.0,
+        refused_ms=inf,
         flood_seconds=3.0,
         size=(160, 90),
         still=(16, 9),

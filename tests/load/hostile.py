@@ -20,7 +20,7 @@ from tests.load.viewer import Plan, Viewer
 TOO_BIG = 17 * 2**20  # bytes
 FLOOD_RATE, FLOOD_BYTES = 10_000, 4000  # messages a second; of one, so that buffers do not hide what is not read
 THIN_RATE, AT_ONCE = 1000.0, 32_768  # bytes a second; bytes that come at once before, for the first words
-STALLED_SECONDS = 15.0
+STALLED_SECONDS = 30.0
 POLICY, TOO_LARGE, COME_AGAIN = 1008, 1009, 1013
 
 

@@ -17,7 +17,9 @@ WORKER = str(Path(__file__).parents[1] / "server" / "gradient_worker.py")
 SCALE = quick(FAULT_SEED)
 # What ends the service or its renderers, or leaves it too busy for others from the same address.
 ALONE = [name for name, check in CHECKS.items() if check.__module__ in (breaks.__name__, uninvited.__name__)]
-GONE_SECONDS = 20.0  # until nobody of a check is there any more
+# What compares rates of frames, which a busy machine may change between two phases; a fault does so each time.
+RATES, TRIES = ("slow-reader", "flood"), 3
+GONE_SECONDS = 40.0  # until nobody of a check is there any more
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +59,9 @@ def test_the_service_survives(name: str, runner: asyncio.Runner, shared_target: 
                 await asyncio.sleep(0.05)
         return True
 
-    outcome = runner.run(CHECKS[name](shared_target, SCALE))
+    for _ in range(TRIES if name in RATES else 1):
+        outcome = runner.run(CHECKS[name](shared_target, SCALE))
+        assert runner.run(gone())
+        if not outcome.failures:
+            break
     assert not outcome.failures, (outcome, log.read_text())
-    assert runner.run(gone())
