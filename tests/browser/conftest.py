@@ -17,7 +17,7 @@ FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
-expect.set_options(timeout=10_000)  # ms, on busy cores
+expect.set_options(timeout=30_000)  # ms, on busy cores
 
 
 @pytest.fixture(scope="package")
@@ -85,7 +85,7 @@ def real_url() -> Iterator[str]:
         finally:
             process.terminate()
             try:
-                process.wait(15)
+                process.wait(60)
             except subprocess.TimeoutExpired:
                 process.kill()
                 raise

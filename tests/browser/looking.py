@@ -19,15 +19,33 @@ def pixel(page: Page, x: float = 0.5, y: float = 0.5) -> tuple[int, int, int]:
 
 
 def wait_for(page: Page, condition: Callable[[], bool]) -> None:
-    for _ in range(200):
+    for _ in range(600):
         if condition():
             return
         page.wait_for_timeout(50)
-    raise AssertionError("did not happen within 10 s")
+    raise AssertionError("did not happen within 30 s")
 
 
-def hold(page: Page, key: str, milliseconds: int = 300) -> None:
+def rest(page: Page, count: Callable[[], object]) -> None:
+    """Waits until this stays the same for a while, as what motion changes does when that has eased out."""
+    for _ in range(50):
+        before = count()
+        page.wait_for_timeout(300)
+        if count() == before:
+            return
+    raise AssertionError("did not come to rest")
+
+
+def hold(page: Page, key: str) -> None:
+    """A key that is not to move anything, for as long as it would."""
     page.keyboard.down(key)
-    page.wait_for_timeout(milliseconds)
+    page.wait_for_timeout(300)
     page.keyboard.up(key)
-    page.wait_for_timeout(300)  # the motion eases out
+    page.wait_for_timeout(300)
+
+
+def walk(page: Page, key: str, condition: Callable[[], bool]) -> None:
+    """Holds a key until this is so: how far that is depends on how many frames a busy machine draws."""
+    page.keyboard.down(key)
+    wait_for(page, condition)
+    page.keyboard.up(key)

@@ -60,7 +60,7 @@ class Stage:
 
     def hear(self, type_: str, count: int = 1) -> dict[str, Any]:
         """The newest message of this type, once there are as many."""
-        for _ in range(100):
+        for _ in range(600):
             if len(found := self.all(type_)) >= count:
                 return found[-1]
             self.page.wait_for_timeout(50)
@@ -104,7 +104,7 @@ class Stage:
         """Loads the page anew and starts it."""
         before = self.connections
         self.page.reload()
-        for _ in range(100):
+        for _ in range(600):
             if self.connections > before:
                 return self.start()
             self.page.wait_for_timeout(50)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from harness import Running
-from looking import wait_for
+from looking import rest, wait_for, walk
 from playwright.sync_api import Page, expect
 from staged import Stage, visit
 
@@ -19,10 +19,8 @@ def stage(page: Page, gradients: Running) -> Stage:
     page.locator("#film summary").click()
     page.get_by_role("button", name="Add this view").click()
     page.locator("#view").focus()
-    page.keyboard.down("KeyD")
-    wait_for(page, lambda: x(stage) > 0.05)
-    page.keyboard.up("KeyD")
-    page.wait_for_timeout(300)  # the motion eases out
+    walk(page, "KeyD", lambda: x(stage) > 0.05)
+    rest(page, lambda: x(stage))
     page.get_by_role("button", name="Add this view").click()
     set_seconds(page, "1")
     expect(page.locator("#film-time")).to_have_text("1 s")
@@ -101,7 +99,7 @@ def test_the_server_renders_the_film_or_says_why_not(page: Page, stage: Stage, c
     page.get_by_label("codec").select_option("av1")
     set_seconds(page, "0.25")
     page.get_by_role("button", name="Render film").click()
-    expect(page.locator("#film-state")).to_have_text("The film is ready", timeout=20_000)
+    expect(page.locator("#film-state")).to_have_text("The film is ready", timeout=60_000)
     stage.reload()  # the browser remembers what it ordered
     page.keyboard.press("KeyB")
     page.locator("#film summary").click()

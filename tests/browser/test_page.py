@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from harness import Running, run
-from looking import hold, pixel, wait_for
+from looking import hold, pixel, rest, wait_for, walk
 from playwright.sync_api import Page, expect
 
 from server.settings import ServerSettings
@@ -64,8 +64,7 @@ def test_the_overlay_has_figures(page: Page, gradients: Running) -> None:
 def test_moves_right_and_back_with_key_codes(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     start = pixel(page)[1]
-    hold(page, "KeyD", 1000)
-    wait_for(page, lambda: pixel(page)[1] > start + 20)
+    walk(page, "KeyD", lambda: pixel(page)[1] > start + 20)
     page.keyboard.press("KeyR")
     wait_for(page, lambda: abs(pixel(page)[1] - start) < 3)  # but for the coding of another size
 
@@ -104,12 +103,9 @@ def test_sends_nothing_while_nothing_moves(page: Page, gradients: Running) -> No
     sent: list[str | bytes] = []
     page.on("websocket", lambda socket: socket.on("framesent", lambda message: sent.append(message)))
     visit(page, gradients)
-    page.wait_for_timeout(500)
+    rest(page, lambda: len(sent))
     before = len(sent)
-    page.wait_for_timeout(500)
-    assert len(sent) == before
-    hold(page, "KeyA")
-    assert len(sent) > before
+    walk(page, "KeyA", lambda: len(sent) > before)
 
 
 def test_says_why_a_scene_cannot_be_had_and_goes_on(page: Page, gradients: Running) -> None:
@@ -117,8 +113,7 @@ def test_says_why_a_scene_cannot_be_had_and_goes_on(page: Page, gradients: Runni
     page.locator("#scene").select_option("broken.glb")
     expect(page.locator("#toast")).to_contain_text("accessors[0]: is cut off", timeout=PATIENCE)
     expect(page.locator("#scene")).to_have_value("cornell-box")
-    hold(page, "KeyD", 1000)
-    wait_for(page, lambda: pixel(page)[1] > 20)
+    walk(page, "KeyD", lambda: pixel(page)[1] > 20)
     expect(page.locator("#notice")).to_be_hidden()
 
 
@@ -162,7 +157,8 @@ def test_comes_back_after_the_server_was_gone(page: Page, complaints: list[str])
         port = first.http.base_url.port
         assert port is not None
         visit(page, first)
-        hold(page, "KeyD", 1000)
+        walk(page, "KeyD", lambda: pixel(page)[1] > 20)
+        rest(page, lambda: pixel(page))
         expect(page.locator("#fps")).to_have_text("still")
     expect(page.locator("#notice")).to_contain_text("Trying again")
     expect(page.locator("#connection-text")).to_have_text("Reconnecting")
@@ -170,9 +166,9 @@ def test_comes_back_after_the_server_was_gone(page: Page, complaints: list[str])
     assert moved > 20
     with run(ServerSettings(port=port)) as second:
         second.wait_ready()
-        expect(page.locator("#notice")).to_be_hidden(timeout=15_000)
+        expect(page.locator("#notice")).to_be_hidden(timeout=PATIENCE)
         expect(page.locator("#connection-text")).to_have_text("Connected")
-        hold(page, "KeyW", 100)
+        walk(page, "KeyW", lambda: page.locator("#fps").inner_text() != "still")
         assert abs(pixel(page)[1] - moved) < 3  # it stands where it stood
     complaints.clear()  # the browser notes each failed attempt by itself
 
@@ -188,8 +184,7 @@ def test_walks_on_after_the_renderer_died(page: Page) -> None:
         wait_for(page, lambda: "Recovering" in page.evaluate("window.words"))
         expect(page.locator("#connection-text")).to_have_text("Connected")
         expect(page.locator("#notice")).to_be_hidden()
-        hold(page, "KeyD", 1000)
-        wait_for(page, lambda: pixel(page)[1] > 20)
+        walk(page, "KeyD", lambda: pixel(page)[1] > 20)
 
 
 def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:

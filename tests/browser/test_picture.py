@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from harness import Running
-from looking import hold, pixel, wait_for
+from looking import pixel, wait_for, walk
 from playwright.sync_api import Locator, Page, expect
 from staged import Stage, visit
 
@@ -152,8 +152,7 @@ def test_a_picture_that_takes_long_is_worth_a_sign(page: Page, quick_stage: Stag
     busy = page.locator("body[data-busy]")
     expect(busy).not_to_be_attached()
     poses = len(quick_stage.all("pose"))
-    hold(page, "KeyW", 200)
-    quick_stage.hear("pose", poses + 1)
+    walk(page, "KeyW", lambda: len(quick_stage.all("pose")) > poses)
     expect(busy).to_be_attached()
     quick_stage.frame(GREY)
     expect(busy).not_to_be_attached()

@@ -8,7 +8,7 @@ from urllib.parse import parse_qs, urlsplit
 import numpy as np
 import pytest
 from harness import Running
-from looking import hold, pixel, wait_for
+from looking import pixel, rest, wait_for, walk
 from PIL import Image
 from playwright.sync_api import Page, expect
 from staged import Stage
@@ -50,7 +50,8 @@ def link(page: Page) -> dict[str, str]:
 
 
 def test_bookmarks_are_kept_gone_to_by_number_and_removed(page: Page, gradients: Running, stage: Stage) -> None:
-    hold(page, "KeyD", 600)
+    walk(page, "KeyD", lambda: x(stage) > 0.05)
+    rest(page, lambda: x(stage))
     page.keyboard.press("KeyB")
     expect(page.locator("#no-bookmarks")).to_be_visible()
     page.get_by_label("Name of the bookmark").fill("the door")
@@ -81,7 +82,8 @@ def test_bookmarks_are_kept_gone_to_by_number_and_removed(page: Page, gradients:
 
 
 def test_the_address_tells_the_view_and_gives_it_back(page: Page, gradients: Running, stage: Stage) -> None:
-    hold(page, "KeyD", 600)
+    walk(page, "KeyD", lambda: x(stage) > 0.05)
+    rest(page, lambda: x(stage))
     page.keyboard.press("KeyP")
     page.get_by_label("Method").select_option("path")
     wait_for(page, lambda: link(page).get("method") == "path")
@@ -182,19 +184,13 @@ def test_a_gamepad_moves_turns_and_is_asked_only_while_connected(page: Page, gra
     page.evaluate("window.pad.axes = [0, 0, 1, 0]")
     wait_for(page, lambda: stage.all("pose")[-1]["matrix"][8] < -0.05)  # turned to the right
     page.evaluate("window.pad.axes = [0, 0, 0, 0]")
-    page.wait_for_timeout(500)
-    poses = len(stage.all("pose"))
-    page.wait_for_timeout(300)
-    assert len(stage.all("pose")) == poses
+    rest(page, lambda: len(stage.all("pose")))
     page.evaluate("window.pad.buttons[3].pressed = true")
     wait_for(page, lambda: x(stage) == 0)
     page.evaluate("window.pad.buttons[2].pressed = true")
     expect(page.get_by_label("Orbit", exact=True)).to_be_checked()
     page.evaluate("navigator.getGamepads = () => { window.polls += 1; return [null]; }")
-    page.wait_for_timeout(200)
-    polls = page.evaluate("window.polls")
-    page.wait_for_timeout(200)
-    assert page.evaluate("window.polls") == polls
+    rest(page, lambda: page.evaluate("window.polls"))
 
 
 SURVEY = {"up": "z", "metres_per_unit": 0.001, "origin": [456_789_000.0, 5_432_100_000.0, 120_000.0]}
