@@ -71,7 +71,7 @@ def read_document(path: Path, content: bytes, limits: SceneLimits) -> Document:
     try:
         raw = json.loads(_text(text, notes))
     except (ValueError, RecursionError) as error:
-        raise SceneError(str(path), "", f"not a glTF file: {error}") from error
+        raise SceneError(str(path), "", f"not a glTF file, neither GLB nor JSON: {error}") from error
     document = Document(path, Value(str(path), "", raw, notes), binary, limits)
     if not isinstance(raw, dict):
         raise document.root.error("must be an object")

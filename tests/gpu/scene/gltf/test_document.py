@@ -14,9 +14,9 @@ from gpu.scene.limits import SceneLimits
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "not a glTF file"),
-        (b"[" * 100_000, "not a glTF file"),
-        (b"\xff\xfe", "not a glTF file"),
+        (b"", "not a glTF file, neither GLB nor JSON"),
+        (b"[" * 100_000, "not a glTF file, neither GLB nor JSON"),
+        (b"\xff\xfe", "not a glTF file, neither GLB nor JSON"),
         (b"[]", "must be an object"),
         (b'{"asset": {"version": "1.0"}}', "asset.version: glTF '1.0'"),
         (b'{"asset": {"version": "2.1", "minVersion": "2.1"}}', "asset.minVersion: needs glTF '2.1'"),
