@@ -1,6 +1,7 @@
 """What tests do with a page: look at its picture, hold keys, wait."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from itertools import combinations
 
 from playwright.sync_api import Page
 
@@ -49,3 +50,22 @@ def walk(page: Page, key: str, condition: Callable[[], bool]) -> None:
     page.keyboard.down(key)
     wait_for(page, condition)
     page.keyboard.up(key)
+
+
+Edges = tuple[float, float, float, float]
+"""Left, top, right and bottom of an element, in pixels of the window."""
+
+
+def edges_of(page: Page, name: str) -> Edges:
+    """Where the element with that id is."""
+    box = page.locator(f"#{name}").bounding_box()
+    assert box is not None
+    return box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
+
+
+def overlapping(edges: Mapping[str, Edges]) -> list[tuple[str, str]]:
+    """Which elements lie over each other."""
+    pairs = combinations(edges.items(), 2)
+    return [
+        (one, other) for (one, a), (other, b) in pairs if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+    ]

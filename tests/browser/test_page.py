@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from harness import Running, run
-from looking import hold, pixel, rest, wait_for, walk
+from looking import edges_of, hold, overlapping, pixel, rest, wait_for, walk
 from playwright.sync_api import Page, expect
+from staged import Stage
 
 from server.settings import ServerSettings
 
@@ -228,3 +229,20 @@ def test_fits_a_phone(page: Page, gradients: Running, width: int) -> None:
     chosen = page.locator("#scene").bounding_box()
     assert chosen is not None
     assert chosen["width"] > 60  # of which the arrow takes 30
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1000, 600), (900, 560)])
+def test_what_takes_a_while_is_told_beside_statistics_and_sheets(
+    page: Page, gradients: Running, size: tuple[int, int]
+) -> None:
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.start()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    stage.say("status", state="recovering", text="compiling kernels, which the first time takes a minute")
+    expect(page.locator("#notice")).to_be_visible()
+    names = ["notice", "stats", "tools", "title-bar", "move-bar"]
+    assert overlapping({name: edges_of(page, name) for name in names}) == []
+    page.keyboard.press("KeyG")
+    assert overlapping({name: edges_of(page, name) for name in [*names, "mixer"]}) == []

@@ -1,11 +1,10 @@
 """The time line of a scene with animations, in a real browser."""
 
-from itertools import combinations
 from typing import Any
 
 import pytest
 from harness import Running
-from looking import wait_for
+from looking import edges_of, overlapping, wait_for
 from playwright.sync_api import Page, expect
 from staged import Stage, visit
 
@@ -86,21 +85,12 @@ def test_what_plays_goes_on_when_the_connection_is_back(page: Page, stage: Stage
     page.get_by_role("button", name="Pause").click()
 
 
-def edges_of(page: Page, name: str) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of the element with that id."""
-    box = page.locator(f"#{name}").bounding_box()
-    assert box is not None
-    return box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
-
-
 def test_the_time_line_has_its_place_in_a_window_of_any_width(page: Page, stage: Stage) -> None:
     page.keyboard.press("KeyG")
     for width, height in ((1280, 720), (1000, 600), (844, 390)):
         page.set_viewport_size({"width": width, "height": height})
         edges = {name: edges_of(page, name) for name in ("player", "move-bar", "stats", "mixer", "title-bar")}
-        for (one, (left, top, right, bottom)), (other, second) in combinations(edges.items(), 2):
-            apart = right <= second[0] or second[2] <= left or bottom <= second[1] or second[3] <= top
-            assert apart, f"{one} and {other} lie over each other at {width} by {height}"
+        assert overlapping(edges) == [], f"at {width} by {height}"
         assert all(left >= 0 and right <= width for left, _, right, _ in edges.values())
 
 
