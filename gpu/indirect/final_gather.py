@@ -83,7 +83,7 @@ def gather_sum_kernel(first: int, lanes: int, rays: int, ends: RayEnds, out: Gat
 
 class FinalGather:
     """`rays` rays from the centre of each of `clusters`, which read `light`, and where it tells nothing follow paths of
-    at most `bounces` to the emitters of `table`; `gathered` after `run`.
+    at most `bounces` to the emitters of `table`; `gathered` after `trace` and `read`.
 
     order (ray,): which of a Sobol sequence's points a cluster's rays are.
     """
@@ -100,11 +100,15 @@ class FinalGather:
         self.gathered.radiance = wp.zeros(rays * self._count, dtype=wp.vec3, device=self.device)
         self.ends: RayEnds = allocate(RayEnds, rays * self._count, self.device)
 
-    def run(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
-        """Gather what the rays see; seed (1,): of their directions."""
+    def trace(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
+        """Find where the rays end, for which no light need be known; seed (1,): of their directions."""
+        inputs = [scene, self._clusters, self.order, seed, self.ends]
+        launch(gather_ray_kernel(features), self._count * self._rays, inputs, self.device)
+
+    def read(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
+        """Gather what the rays see that were traced by this `seed`."""
         light, ends, gathered, count = self._light, self.ends, self.gathered, self._count * self._rays
         rays = [self._clusters, self.order, seed, ends]
-        launch(gather_ray_kernel(features), count, [scene, *rays], self.device)
         read = read_light_kernel(features, light.lookup, light.data)
         inputs = [scene, self._clusters, light.lit, self.order, seed, ends, gathered.radiance]
         launch(read, count, inputs, self.device)

@@ -38,7 +38,6 @@ class PhotonGather(RenderMethod[GatherViewState]):
         "gbuffer",
         "photons",
         "illumination",
-        "cluster",
         "gather",
         "irradiance",
         "direct",
@@ -109,17 +108,20 @@ class PhotonGather(RenderMethod[GatherViewState]):
         return GatherViewState(self._setup.device_scene, self._setup.size, self._clustering.most)
 
     def render(self, view: GatherViewState, stages: Stages, sample: int) -> None:
-        """Direct light, beside photons, their illumination and what is gathered of it."""
+        """Direct light, beside photons, their illumination and what is gathered of it.
+
+        So are clusters and where their rays end: these need no light, and as photons stop a GPU gets idle.
+        """
         frame, passes, points = self._frame, self._passes, self._frame.shading_points
         kind = frame_kind(self._setup.settings, view, sample)
         self._follow_lights()
         stages.graph_key = view.number, self._number
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
+            self._begin_gather(view, kind, stages)
             stages.run("photons", self._trace)
             stages.run("illumination", lambda: self._light.estimate(frame.scene))
-            self._cluster(view, kind, stages)
-            stages.run("gather", self._gather_light)
+            stages.run("gather", self._gather_light, waits_for_fork=True)
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
         if self._caustics:
@@ -134,24 +136,25 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
         build_tree(self._tree)
 
-    def _cluster(self, view: GatherViewState, kind: FrameKind, stages: Stages) -> None:
-        """Clusters about the centres of the walk's last frame and new ones, or all anew."""
+    def _begin_gather(self, view: GatherViewState, kind: FrameKind, stages: Stages) -> None:
+        """Clusters about the centres of the walk's last frame and new ones, or all anew; and where their rays end."""
         clustering, frame, walks, skip = self._clustering, self._frame, kind.sample == 0, self._setup.settings.skip
         goes_on = walks and view.reuses_history and view.keeps_centres and skip.kept_clusters
         seen = frame.gbuffer, frame.seed
 
-        def cluster() -> None:
+        def rays() -> None:
             if goes_on:
                 clustering.go_on(*seen, view.centres, view.camera, frame.size)
             else:
                 clustering.run(*seen, view.centres if walks else None)
+            self._gather.trace(frame.scene, frame.seed, frame.features)
 
-        stages.run("cluster", cluster, branch=(goes_on, walks))
+        stages.fork("gather", "rays", rays, branch=(goes_on, walks))
         view.keeps_centres |= walks
 
     def _gather_light(self) -> None:
         frame, gather, receivers = self._frame, self._gather, self._receivers
-        gather.run(frame.scene, frame.seed, frame.features)
+        gather.read(frame.scene, frame.seed, frame.features)
         if receivers is not None:
             inputs = self._clustering.clusters, gather.order, frame.seed, gather.gathered
             project_radiance(*inputs, receivers.coefficients)

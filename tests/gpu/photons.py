@@ -68,7 +68,9 @@ def read_at(places: Floats, surface: DeviceScene, albedo: float, light: Illumina
     clusters.spacing.fill_(1.0)
     gather = FinalGather(clusters, 1, light, build_light_table(surface), bounces=0)
     features = scene_features(surface.scene, lambertian=True)
-    gather.run(surface.view(lambertian=True), wp.zeros(1, dtype=int, device=device), features)
+    seen = surface.view(lambertian=True), wp.zeros(1, dtype=int, device=device), features
+    gather.trace(*seen)
+    gather.read(*seen)
     hits = gather.ends.hits.numpy()
     near = (hits["face"] != NO_HIT) & (hits["t"] < 0.004)
     return gather.gathered.radiance.numpy()[near] * np.pi / albedo, places[near]

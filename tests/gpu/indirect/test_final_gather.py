@@ -47,7 +47,9 @@ def gathered(room: DeviceScene, normal: tuple[float, float, float], **chosen: fl
     clusters.spacing = column([0.1, 0.0], float)
     gather = FinalGather(clusters, RAYS, light, build_light_table(room), bounces=0)
     seed = wp.zeros(1, dtype=int, device=CPU)
-    gather.run(room.view(lambertian=True), seed, scene_features(room.scene, lambertian=True))
+    seen = room.view(lambertian=True), seed, scene_features(room.scene, lambertian=True)
+    gather.trace(*seen)
+    gather.read(*seen)
     return gather.gathered
 
 

@@ -1,8 +1,12 @@
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
 from scenes import box, grey, quad, resident_of
 
+from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
@@ -70,9 +74,27 @@ def test_each_frame_makes_all_light_anew(room: DeviceScene) -> None:
     settings = RenderSettings(method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS, sp_clusters=200)
     renderer = Renderer(room, SIZE, settings)
     first, again = (renderer.render(CAMERA, walks=True) for _ in range(2))
-    assert {"photons", "illumination", "cluster", "gather", "irradiance"} < set(first.stats.stage_ms)
+    assert {"photons", "illumination", "gather", "irradiance"} < set(first.stats.stage_ms)
     assert first.stats.counts["gather_rays"] == 200 * 64
     assert np.array_equal(first.radiance(), again.radiance())
+
+
+def test_rays_of_centres_are_traced_beside_photons(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[str] = []
+    fork, run = Stages.fork, Stages.run
+
+    def noted_fork(stages: Stages, name: str, part: str, work: Callable[[], None], **how: Any) -> None:
+        begun.append(f"{name} {part}")
+        fork(stages, name, part, work, **how)
+
+    def noted_run(stages: Stages, name: str, work: Callable[[], None], **how: Any) -> None:
+        begun.append(f"{name} waits" if how.get("waits_for_fork") else name)
+        run(stages, name, work, **how)
+
+    monkeypatch.setattr(Stages, "fork", noted_fork)
+    monkeypatch.setattr(Stages, "run", noted_run)
+    picture(room, method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS)
+    assert begun[:5] == ["gbuffer", "gather rays", "photons", "illumination", "gather waits"]
 
 
 def test_photons_on_black_surfaces_are_some_of_those_wanted() -> None:
