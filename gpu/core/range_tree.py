@@ -5,14 +5,10 @@ and its launches are the same whatever the items are. Nodes are numbered as in a
 are 2n and 2n + 1, and the last level's are the leaves. A node stands for an equal run of the items.
 """
 
-from typing import Any
-
 import warp as wp
 
-# Levels of the deepest tree, and so of the stack of whoever walks one.
+# Levels of the deepest tree.
 MOST_LEVELS = 30
-NodeStack: Any = wp.types.vector(length=MOST_LEVELS + 2, dtype=int)
-NodeDistances: Any = wp.types.vector(length=MOST_LEVELS + 2, dtype=float)
 
 
 def levels_of(capacity: int, per_leaf: int) -> int:

@@ -15,11 +15,15 @@ from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import bit_count, float_least, place_of_least
-from gpu.core.range_tree import NodeDistances, NodeStack, levels_of, run_begin, run_holding
+from gpu.core.range_tree import MOST_LEVELS, levels_of, run_begin, run_holding
 from gpu.lights.photon_map import Photons
 
 # Photons of a leaf, about: fewer are more boxes to test, more are more photons.
 PER_LEAF = 4
+# Nodes that a search looks at together, and how far below the one above them.
+TOGETHER = wp.constant(8)
+LEVELS_A_STEP = wp.constant(3)
+NodeDistances: Any = wp.types.vector(length=int(TOGETHER) * (MOST_LEVELS // int(LEVELS_A_STEP) + 1), dtype=float)
 # A normal's component is that of a diagonal direction from sin 22.5° on; so all are within 33° of theirs.
 DIAGONAL = wp.constant(0.3826834)
 COS_NEAR, SIN_NEAR = wp.constant(cos(radians(33.0))), wp.constant(sin(radians(33.0)))
@@ -160,10 +164,13 @@ def photon_search(number: int) -> wp.Function:
     from the root down, whatever comes first fills the list, and three times as many photons get into it. The list is a
     heap, whose first element is the farthest: in a sorted one half of all would move for each that comes.
 
-    Lanes walk the tree together, down to leaves with as many times more photons, and look at a photon each. Every lane
-    has a heap; what comes nearer than the farthest of all takes the place of that, so all heaps together hold the same
-    photons as one would. Some searches read ten thousand photons, where many are near but few alike, and a GPU would
-    wait for the one thread that does.
+    Of nodes it looks at TOGETHER at once, all that are three levels below one: side by side in memory, they are shared
+    by the lanes. It goes on with the nearest, and comes back for the next nearest until none is near enough.
+
+    Lanes walk down to leaves with as many times more photons, and look at a photon each. Every lane has a heap; what
+    comes nearer than the farthest of all takes the place of that, so all heaps together hold the same photons as one
+    would. Some searches read ten thousand photons, where many are near but few alike, and a GPU would wait for the one
+    thread that does.
     """
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
@@ -192,32 +199,39 @@ def photon_search(number: int) -> wp.Function:
         above = wp.min(bit_count(wp.uint32(lanes - 1)), tree.levels)
         levels = tree.levels - above
         leaves = tree.leaves >> above
-        home = leaves + (run_holding(count, tree.levels, own) >> above)
-        stack = NodeStack()
+        each = TOGETHER // lanes
         least = NodeDistances()
-        for level in range(levels):
-            beside = (home >> (levels - 1 - level)) ^ 1
-            stack[level] = beside
-            least[level] = least_separation(tree.nodes[beside], alike, facing, position, normal)
-        stack[levels] = home
-        top = levels + 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if least[top] >= farthest:
+        level = int(levels)
+        highest = int(levels) + 1  # level beside whose nodes on the way up was looked
+        passed = int(0)
+        first = (leaves + (run_holding(count, tree.levels, own) >> above)) // TOGETHER * TOGETHER
+        enters = bool(True)
+        while level >= 0:
+            row = level // LEVELS_A_STEP * each
+            if enters:
+                for part in range(each):
+                    other = first + part * lanes + lane
+                    least[row + part] = FAR_AWAY
+                    if (other >> level) == 1 and other != passed:
+                        least[row + part] = least_separation(tree.nodes[other], alike, facing, position, normal)
+            highest = wp.min(level, highest)
+            pick = int(row)
+            for part in range(row + 1, row + each):
+                pick = wp.where(least[part] < least[pick], part, pick)
+            if float_least(least[pick], lanes) >= farthest:
+                passed = first // TOGETHER
+                first = passed // TOGETHER * TOGETHER
+                level -= LEVELS_A_STEP
+                enters = level < highest
                 continue
-            if node < leaves:
-                left = least_separation(tree.nodes[2 * node], alike, facing, position, normal)
-                right = least_separation(tree.nodes[2 * node + 1], alike, facing, position, normal)
-                swap = wp.where(left <= right, 1, 0)
-                if wp.max(left, right) < farthest:
-                    stack[top] = 2 * node + swap
-                    least[top] = wp.max(left, right)
-                    top += 1
-                if wp.min(left, right) < farthest:
-                    stack[top] = 2 * node + 1 - swap
-                    least[top] = wp.min(left, right)
-                    top += 1
+            candidate = first + (pick - row) * lanes + lane
+            node = place_of_least(least[pick], candidate, lanes)
+            if node == candidate:
+                least[pick] = FAR_AWAY
+            enters = level < levels
+            if enters:
+                first = TOGETHER * node
+                level += LEVELS_A_STEP
                 continue
             end = run_begin(count, levels, node - leaves + 1)
             for begin in range(run_begin(count, levels, node - leaves), end, lanes):

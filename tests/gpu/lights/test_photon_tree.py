@@ -5,11 +5,9 @@ from devices import NEEDS_CUDA
 from photons import photons_of, separations, two_sided_square
 from scenes import column
 
-from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
-from gpu.core.intrinsics import CUDA_LANES
-from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites, estimate_density, neighbours
+from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites, estimate_density
 from gpu.lights.photon_density import photon_density_kernel as search_kernel
-from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree, direction_number, directions_about
+from gpu.lights.photon_tree import allocate_tree, build_tree, direction_number, directions_about
 
 CPU = wp.get_device("cpu")
 COS = 0.8660254
@@ -57,13 +55,15 @@ def test_nodes_hold_what_their_runs_do(count: int) -> None:
             assert flow[node] == pytest.approx((normals[run] * fluxes[run].mean(axis=1)[:, None]).sum(axis=0), abs=1e-4)
 
 
-@pytest.mark.parametrize("usual", [None, 100])
-def test_the_search_finds_the_nearest_on_its_side(usual: int | None) -> None:
-    """Also where there are more photons than usually."""
-    count = 700
+@pytest.mark.parametrize(
+    ("count", "usual", "levels"),
+    [(3, None, 0), (60, None, 4), (300, None, 7), (700, None, 8), (700, 100, 5), (1800, None, 9)],
+)
+def test_the_search_finds_the_nearest_on_its_side(count: int, usual: int | None, levels: int) -> None:
+    """In trees of any number of levels, also where there are more photons than usually."""
     positions, normals = two_sided_square(count)
     tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)), usual)
-    assert tree.leaves == (256 if usual is None else 32)
+    assert tree.levels == levels
     build_tree(tree)
     sites = allocate_sites(count, CPU)
     sites.photon.assign(np.arange(count, dtype=np.int32))
@@ -73,38 +73,8 @@ def test_the_search_finds_the_nearest_on_its_side(usual: int | None) -> None:
     for photon in range(0, count, 29):
         away = separations(positions[photon], normals[photon], positions, normals)
         away[photon] = np.inf
-        wanted = min(np.sort(away)[NEIGHBOURS - 1], DENSITY_PARAMETERS.most_radius)
+        wanted = min(np.sort(away)[:NEIGHBOURS][-1], DENSITY_PARAMETERS.most_radius)
         assert radius[photon] == pytest.approx(wanted, rel=1e-4)
-
-
-@wp.kernel
-def lanes_kernel(first: int, lanes: int, tree: PhotonTree, alike: ClusteringParameters, reach: float,
-                 found: wp.array2d[int]) -> None:  # fmt: skip
-    """What each of `lanes` threads of a photon keeps, where no warp exchanges it."""
-    index = first + wp.tid()
-    nearest = neighbours(tree, alike, index // lanes, reach, index % lanes, lanes)
-    for place in range(wp.static(NEIGHBOURS) // lanes):
-        found[index, place] = nearest.photon[place]
-
-
-def test_each_lane_looks_at_photons_of_its_own() -> None:
-    """On a GPU lanes tell each other; here each keeps the nearest of those that it has looked at."""
-    count, held = 700, NEIGHBOURS // CUDA_LANES
-    positions, normals = two_sided_square(count)
-    tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)))
-    build_tree(tree)
-    found = wp.zeros((CUDA_LANES * count, held), dtype=int, device=CPU)
-    inputs = [0, CUDA_LANES, tree, CLUSTERING_PARAMETERS, 0.5, found]
-    wp.launch(lanes_kernel, CUDA_LANES * count, inputs=inputs, device=CPU)
-    leaves = tree.leaves // CUDA_LANES
-    begins = np.arange(leaves) * count // leaves
-    lane_of = (np.arange(count) - begins[np.searchsorted(begins, np.arange(count), "right") - 1]) % CUDA_LANES
-    for photon in range(0, count, 97):
-        away = separations(positions[photon], normals[photon], positions, normals)
-        away[photon] = np.inf
-        for lane in range(CUDA_LANES):
-            wanted = np.argsort(np.where(lane_of == lane, away, np.inf))[:held]
-            assert set(found.numpy()[CUDA_LANES * photon + lane]) == set(wanted)
 
 
 @NEEDS_CUDA
