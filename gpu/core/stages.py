@@ -46,12 +46,11 @@ class Stages:
         self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
-        # What was forked runs on a stream of its own. Of two events that say when it is over, one tells the time, and
-        # the other what has to come after it: in a graph none does both.
+        # What was forked runs on a stream of its own. Of two events for each stage that say when it is over, one tells
+        # the time, and the other what has to come after it: in a graph none does both.
         self._lane = lane or Lane(device)
-        self._forked: wp.Event | None = None
-        self._over: wp.Event | None = None
-        self._is_open = False  # something was forked that nothing has waited for
+        self._forked: dict[str, tuple[wp.Event, wp.Event]] = {}
+        self._open: list[str] = []  # stages of which something was forked that nothing has waited for, in order
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.graph_key: tuple[int, ...] = ()
@@ -64,7 +63,7 @@ class Stages:
         self._seconds.clear()
         self._joined.clear()
         self._forked_seconds.clear()
-        self._parts, self._is_open = [], False  # of a frame that failed
+        self._parts, self._open = [], []  # of a frame that failed
         self.steady, self.captured = True, False
 
     def forget(self, number: int) -> None:
@@ -78,7 +77,7 @@ class Stages:
         """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured.
 
         branch: which of several things the stage launches, where frames of one `graph_key` differ; waits_for_fork: it
-        waits for what was forked, and that wait is part of its time.
+        waits for what was forked as part of it, or before that, and that wait is part of its time.
         """
         self._order.append(name)
         if self.stepwise:
@@ -96,7 +95,7 @@ class Stages:
 
         def timed() -> None:
             if waits_for_fork:
-                self.join()
+                self.join(name)
             # Events are part of the graph: what the host does for its first launch is no time of the device.
             stream = wp.get_stream(self._device)
             stream.record_event(begin)
@@ -107,7 +106,7 @@ class Stages:
 
     def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
              branch: Hashable = None) -> None:  # fmt: skip
-        """Run `work`, a part of the stage `name`, beside the stages that follow, up to the first that waits for it.
+        """Run `work`, a part of the stage `name`, beside the stages that follow, up to that one, which waits for it.
 
         It comes after the stages before and what was forked before. It must write nothing that the stages beside it
         read, nor read what they write. On CUDA its time is what the stage `name` has to wait for it.
@@ -117,15 +116,15 @@ class Stages:
             self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + self._duration(work)
             self._note(key)
             return
-        if self._forked is None:
-            self._forked, self._over = wp.Event(self._device, enable_timing=True), wp.Event(self._device)
+        if name not in self._forked:
+            self._forked[name] = wp.Event(self._device, enable_timing=True), wp.Event(self._device)
 
         def beside() -> None:
             with wp.ScopedStream(self._lane.side):
                 work()
-                self._lane.side.record_event(self._forked)
-                self._lane.side.record_event(self._over)
-            self._is_open = True
+                for event in self._forked[name]:
+                    self._lane.side.record_event(event)
+            self._open = [*(other for other in self._open if other != name), name]
 
         self._add(key, beside)
 
@@ -190,13 +189,15 @@ class Stages:
             part.work()
         self.join()
 
-    def join(self) -> None:
-        """Have what follows on the current stream come after what was forked. In a graph, what is launched only if a
-        condition holds must: nothing else may be under way where its condition is.
+    def join(self, name: str | None = None) -> None:
+        """Have what follows on the current stream come after what was forked: up to parts of the stage `name`, or all.
+        In a graph, what is launched only if a condition holds must come after all: nothing else may be under way where
+        its condition is.
         """
-        if self._is_open:
-            wp.get_stream(self._device).wait_event(self._over)
-            self._is_open = False
+        last = name or (self._open[-1] if self._open else None)
+        if last in self._open:
+            wp.get_stream(self._device).wait_event(self._forked[last][1])
+            self._open = self._open[self._open.index(last) + 1 :]
 
     def milliseconds(self) -> dict[str, float]:
         """The stages' times [ms] in the order they ran, once the frame is ready."""
@@ -212,5 +213,5 @@ class Stages:
         place = self._order.index(name)
         if name not in self._joined or place == 0:
             return 0.0
-        over = self._events[self._order[place - 1]][1]
-        return max(float(wp.get_event_elapsed_time(over, self._forked, synchronize=False)), 0.0)
+        over, forked = self._events[self._order[place - 1]][1], self._forked[name][0]
+        return max(float(wp.get_event_elapsed_time(over, forked, synchronize=False)), 0.0)

@@ -82,6 +82,7 @@ class ExactVpl(RenderMethod[ViewState]):
         self._use(light_set)
         stages.graph_key = view.number, self._number, *self._first.numbers
         passes.begin(view, points, kind, stages)
+        passes.begin_direct(view, kind, stages)
         if self._has_indirect:
             if self._has_near:
                 passes.begin_gloss(view, self._cache, kind, stages)

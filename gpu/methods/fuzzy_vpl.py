@@ -109,7 +109,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             self.lights = self._first_lights()
         lights = self.lights
         stages.graph_key = view.number, *lights.numbers
-        self._passes.begin(view, view.points, kind, stages, view.histories)
+        self._passes.begin(view, view.points, kind, stages)
+        self._passes.begin_direct(view, kind, stages, view.histories)
         if lights.has_indirect:
             self._find_indirect(view, kind, stages)
             if self._options.inspect and kind.captured:

@@ -181,9 +181,8 @@ class Passes:
     def _has_direct(self) -> bool:
         return self._settings.component is not Component.INDIRECT
 
-    def begin(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages,
-              histories: Histories | None = None) -> None:  # fmt: skip
-        """Trace the primary rays, list the shading `points`, and begin with direct light, if it is wanted."""
+    def begin(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages) -> None:
+        """Trace the primary rays, and list the shading `points`."""
         frame = self._frame
 
         frame.set_numbers(kind.seed, kind.index, kind.index if kind.refines else LIKELIER)
@@ -195,6 +194,11 @@ class Passes:
             points.find(frame.gbuffer, every=kind.shades_all)
 
         stages.run("gbuffer", gbuffer, branch=(kind.shades_all, draws_lobes))
+
+    def begin_direct(self, view: ViewState, kind: FrameKind, stages: Stages,
+                     histories: Histories | None = None) -> None:  # fmt: skip
+        """Begin with direct light, if it is wanted; after `begin`."""
+        frame = self._frame
         if not self._has_direct:
             view.radiance.zero_()
             return

@@ -119,6 +119,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             self._begin_gather(view, kind, stages)
+        passes.begin_direct(view, kind, stages)
+        if self._has_indirect:
             stages.run("photons", self._trace)
             stages.run("illumination", lambda: self._light.estimate(frame.scene))
             stages.run("gather", self._gather_light, waits_for_fork=True)

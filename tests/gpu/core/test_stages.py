@@ -1,4 +1,6 @@
+from contextlib import nullcontext
 from time import sleep
+from types import SimpleNamespace
 
 import pytest
 import warp as wp
@@ -106,6 +108,53 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         wp.synchronize_device(device)
         expected = [20 * frame, 20 * frame + 40, 20 * frame + 60]
         assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
+
+
+def test_a_stage_waits_for_what_was_forked_for_it_and_before_but_not_for_what_came_after(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By streams that note what is done in them."""
+    done, waits = list[str](), list[object]()
+    main, side = (SimpleNamespace(record_event=lambda event: None, wait_event=waits.append) for _ in range(2))
+    monkeypatch.setattr(wp, "get_stream", lambda _: main)
+    monkeypatch.setattr(wp, "ScopedStream", lambda _: nullcontext())
+    monkeypatch.setattr(wp, "Event", lambda *_, **__: object())
+    stages = Stages(SimpleNamespace(is_cuda=True), SimpleNamespace(side=side))
+    stages.start_frame()
+    for name in ("one", "two", "three"):
+        stages.fork(name, "beside", lambda: done.append("beside"))
+
+    def stage(name: str) -> None:
+        stages.run(name, lambda: done.append(f"{name} after {len(waits)}"), waits_for_fork=True)
+
+    for name in ("two", "one", "four", "three"):
+        stage(name)
+    stages.fork("four", "beside", lambda: done.append("beside"))
+    stages.flush()
+    assert done == [*3 * ["beside"], "two after 1", "one after 1", "four after 1", "three after 2", "beside"]
+    assert len(set(waits)) == len(waits) == 3  # the last at the end, for what nothing waited for
+
+
+@NEEDS_CUDA
+def test_a_stage_does_not_take_what_was_forked_for_one_after_it() -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages, values = Stages(device), wp.zeros(count, dtype=int, device=device)
+
+    def turn(times: int) -> None:
+        for _ in range(times):
+            launch(next_probes_kernel, count, [values], device)
+
+    for _ in range(3):
+        stages.start_frame()
+        stages.run("first", lambda: turn(1))
+        stages.fork("second", "beside", lambda: turn(1))
+        stages.fork("third", "beside", lambda: turn(400))
+        stages.run("second", lambda: None, waits_for_fork=True)
+        stages.run("third", lambda: None, waits_for_fork=True)
+        stages.flush()
+        wp.synchronize_device(device)
+    times = stages.milliseconds()
+    assert times["second"] < 5.0 < times["third"]
 
 
 @NEEDS_CUDA

@@ -93,8 +93,8 @@ def test_rays_of_centres_are_traced_beside_photons(room: DeviceScene, monkeypatc
 
     monkeypatch.setattr(Stages, "fork", noted_fork)
     monkeypatch.setattr(Stages, "run", noted_run)
-    picture(room, method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS)
-    assert begun[:5] == ["gbuffer", "gather rays", "photons", "illumination", "gather waits"]
+    picture(room, method=Method.PHOTON_GATHER, lambertian=True, **COUNTS)
+    assert begun[:6] == ["gbuffer", "gather rays", "direct rays", "photons", "illumination", "gather waits"]
 
 
 def test_photons_on_black_surfaces_are_some_of_those_wanted() -> None:
