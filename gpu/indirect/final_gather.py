@@ -1,5 +1,6 @@
 """Final gather: light that reaches the centres of shading clusters, by many rays each (2009 paper, section 3.3)."""
 
+from itertools import pairwise
 from typing import Any
 
 import warp as wp
@@ -14,7 +15,7 @@ from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.indirect.gather_rays import RayEnds, coherent_order, gather_direction, gather_ray_kernel, list_unknown
 from gpu.indirect.illumination import Illumination
-from gpu.indirect.onward_paths import ONWARD_PARAMETERS, Onward, onward_kernel
+from gpu.indirect.onward_paths import ONWARD_PARAMETERS, onward, onward_kernel
 from gpu.lights.light_table import LightTable
 from gpu.sp.centres import ShadingClusters
 
@@ -92,8 +93,8 @@ class FinalGather:
         self, clusters: ShadingClusters, rays: int, light: Illumination, table: LightTable, bounces: int
     ) -> None:
         self._clusters, self._rays, self._light = clusters, rays, light
-        self._onward = Onward()
-        self._onward.chosen, self._onward.table, self._onward.bounces = ONWARD_PARAMETERS, table, bounces
+        parts = pairwise((0, 1, int(ONWARD_PARAMETERS.vertices)))
+        self._parts = [onward(table, bounces, begin, end) for begin, end in parts]
         self.order = wp.array(coherent_order(rays), dtype=int, device=clusters.spacing.device)
         self.device, self._count = clusters.spacing.device, len(clusters.spacing)
         self.gathered: Gathered = allocate(Gathered, self._count, self.device)
@@ -112,9 +113,9 @@ class FinalGather:
         read = read_light_kernel(features, light.lookup, light.data)
         inputs = [scene, self._clusters, light.lit, self.order, seed, ends, gathered.radiance]
         launch(read, count, inputs, self.device)
-        list_unknown(ends)
-        onward = onward_kernel(features, light.lookup, light.data)
-        inputs = [scene, self._onward, light.lit, *rays, gathered.radiance]
-        launch(onward, count, inputs, self.device)
+        goes_on = onward_kernel(features, light.lookup, light.data)
+        for part in self._parts:
+            list_unknown(ends)
+            launch(goes_on, count, [scene, part, light.lit, *rays, gathered.radiance], self.device)
         lanes = lanes_of(self.device, few=True)
         launch(gather_sum_kernel, lanes * self._count, [lanes, self._rays, ends, gathered], self.device)

@@ -3,6 +3,9 @@ emitters and to where light is known.
 
 One ray in five to eight ends so. Estimates of the density of photons are no use there: photons are few, and of what
 they are spread over little is known.
+
+One path in five goes on from its second vertex. Those are followed by threads of their own, side by side, from where
+the gather ray ends, but for what that vertex told: among the others each of them would have a GPU's whole warp wait.
 """
 
 from dataclasses import dataclass
@@ -48,11 +51,23 @@ ONWARD_PARAMETERS: OnwardParameters = parameters(OnwardParameters)
 
 @wp.struct
 class Onward:
-    """What paths find besides light that is known. table: of the emitters; bounces: at most, as photons have."""
+    """What paths find besides light that is known. table: of the emitters; bounces: at most, as photons have; begin,
+    end: the vertices that are looked at, from the first to before the last.
+    """
 
     chosen: OnwardParameters
     table: LightTable
     bounces: int
+    begin: int
+    end: int
+
+
+def onward(table: LightTable, bounces: int, begin: int, end: int) -> Onward:
+    """What the vertices of paths from `begin` to before `end` find of the emitters of `table`."""
+    part = Onward()
+    part.chosen, part.table, part.bounces = ONWARD_PARAMETERS, table, bounces
+    part.begin, part.end = begin, end
+    return part
 
 
 @wp.func
@@ -78,11 +93,11 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
     specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
-    def onward_kernel(first: int, scene: SceneData, onward: Onward, lit: data, clusters: ShadingClusters,
+    def onward_kernel(first: int, scene: SceneData, part: Onward, lit: data, clusters: ShadingClusters,
                       order: wp.array[int], seeds: wp.array[int], ends: RayEnds,
                       radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-        """One thread a ray that is listed: its `radiance` (cluster · rays,), by one path [W/m²/sr]. order, seeds: as of
-        gather_direction.
+        """One thread a ray that is listed: adds what a `part` of one path tells to its `radiance` (cluster · rays,)
+        [W/m²/sr]; `unknown` of the ray: whether the path goes on. order, seeds: as of gather_direction.
         """
         entry = first + wp.tid()
         if entry >= ends.totals[ends.totals.shape[0] - 1]:
@@ -97,29 +112,35 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
         throughput = even_reflectance(surface, -direction) / PI
         # Of light from emitters: caustics have the rest.
         spread = spread_reflectance(surface, -direction, 1.0) / PI
-        light = wp.vec3(0.0, 0.0, 0.0)
-        vertices = wp.min(onward.chosen.vertices, onward.bounces)
-        for vertex in range(vertices):
+        light = radiance[index]
+        ends.unknown[index] = 0
+        vertices = wp.min(part.chosen.vertices, part.bounces)
+        for vertex in range(wp.min(part.end, vertices)):
             pair = FIRST_PAIR + PAIRS_A_VERTEX * vertex
-            found = emitted_irradiance(scene, onward.table, surface, number, pair, seed)
-            light += wp.cw_mul(spread, found)
+            if vertex >= part.begin:
+                found = emitted_irradiance(scene, part.table, surface, number, pair, seed)
+                light += wp.cw_mul(spread, found)
             place = sobol_pair(number, pair + 2, seed)
             normal = surface.geometric_normal
             direction = cosine_direction(normal, place.x, place.y)
             origin = offset_origin(surface.position, normal, direction)
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-            met = light_at_hit(scene, onward.table, onward.table.all_emitters, origin, direction, hit)
-            density = wp.dot(direction, normal) / PI
-            light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
+            if vertex >= part.begin:
+                met = light_at_hit(scene, part.table, part.table.all_emitters, origin, direction, hit)
+                density = wp.dot(direction, normal) / PI
+                light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
             if hit.face == NO_HIT or vertex + 1 == vertices:
                 break
             surface = surface_at(scene, hit, direction)
             spread = wp.cw_mul(throughput, spread_reflectance(surface, -direction, 1.0))
             throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
-            told = lookup(lit, surface.position, surface.geometric_normal)
-            if told.known:
-                light += wp.cw_mul(throughput, told.earlier)
-                break
+            if vertex >= part.begin:
+                told = lookup(lit, surface.position, surface.geometric_normal)
+                if told.known:
+                    light += wp.cw_mul(throughput, told.earlier)
+                    break
+                if vertex + 1 == part.end:
+                    ends.unknown[index] = 1
         radiance[index] = light
 
     return onward_kernel
