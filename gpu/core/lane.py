@@ -38,7 +38,8 @@ class Flight:
 
 
 class Lane:
-    """Two streams of a CUDA device: one for a frame's stages, and `side` for what runs beside them.
+    """Streams of a CUDA device: one for a frame's stages, `side` for what runs beside them, and `ahead` for stages that
+    others do not wait for.
 
     A frame that begins comes after all that the device's current stream has been given before. Whoever runs in a lane
     must not give the host away before it has left it: Warp's current stream is the same for all.
@@ -54,6 +55,11 @@ class Lane:
     @cached_property
     def side(self) -> wp.Stream:
         """Of usual priority: what is there runs on what the stages leave free."""
+        return wp.Stream(self._device)
+
+    @cached_property
+    def ahead(self) -> wp.Stream:
+        """Of usual priority: what runs beside it has the host wait for it."""
         return wp.Stream(self._device)
 
     @contextmanager

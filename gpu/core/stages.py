@@ -1,6 +1,7 @@
 """A frame's stages: run by name, timed, and on CUDA replayed as graphs."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from threading import Lock
@@ -53,6 +54,8 @@ class Stages:
         self._open: list[str] = []  # stages of which something was forked that nothing has waited for, in order
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
+        self._ahead: str | None = None  # the last of the stages that those of now run beside
+        self._beside: dict[str, str] = {}  # the last of those that a stage ran beside, by its name
         self.graph_key: tuple[int, ...] = ()
         self.stepwise = not device.is_cuda
         self.steady = self.captured = False
@@ -63,6 +66,7 @@ class Stages:
         self._seconds.clear()
         self._joined.clear()
         self._forked_seconds.clear()
+        self._beside.clear()
         self._parts, self._open = [], []  # of a frame that failed
         self.steady, self.captured = True, False
 
@@ -92,6 +96,8 @@ class Stages:
         begin, end = self._events[name]
         if waits_for_fork:
             self._joined.add(name)
+        if self._ahead is not None:
+            self._beside[name] = self._ahead
 
         def timed() -> None:
             if waits_for_fork:
@@ -127,6 +133,27 @@ class Stages:
             self._open = [*(other for other in self._open if other != name), name]
 
         self._add(key, beside)
+
+    @contextmanager
+    def beside(self) -> Iterator[None]:
+        """Run stages beside those so far, of which they must read nothing, nor write what these read.
+
+        What follows comes after both. On CUDA the host may wait in here for what is launched in here, and the times of
+        these stages are what they take once the others are over.
+        """
+        if self.stepwise:
+            yield
+            return
+        stream, ahead = wp.get_stream(self._device), self._lane.ahead
+        with wp.ScopedStream(ahead):
+            self.flush()
+        self._ahead = self._order[-1] if self._order else None
+        try:
+            yield
+            self.flush()
+        finally:
+            self._ahead = None
+            stream.wait_stream(ahead)
 
     def run_untimed(self, work: Callable[[], None], *, branch: Hashable = None) -> None:
         """Run `work`, the same in every frame of one `graph_key`, in no stage's time.
@@ -206,12 +233,18 @@ class Stages:
         return {name: self._device_time(name) + self._waited(name) for name in self._order}
 
     def _device_time(self, name: str) -> float:
-        return float(wp.get_event_elapsed_time(*self._events[name], synchronize=False))
+        begin, end = self._events[name]
+        taken = float(wp.get_event_elapsed_time(begin, end, synchronize=False))
+        if name not in self._beside:
+            return taken
+        over = self._events[self._beside[name]][1]
+        return max(min(taken, float(wp.get_event_elapsed_time(over, end, synchronize=False))), 0.0)
 
     def _waited(self, name: str) -> float:
-        """How long a stage had to wait for what was forked, once the stage before it was over [ms]."""
+        """How long a stage had to wait for what was forked, once the stages before it were over [ms]."""
         place = self._order.index(name)
         if name not in self._joined or place == 0:
             return 0.0
-        over, forked = self._events[self._order[place - 1]][1], self._forked[name][0]
-        return max(float(wp.get_event_elapsed_time(over, forked, synchronize=False)), 0.0)
+        before, forked = self._order[place - 1], self._forked[name][0]
+        overs = (self._events[one][1] for one in {before, self._beside.get(before, before)})
+        return max(min(float(wp.get_event_elapsed_time(it, forked, synchronize=False)) for it in overs), 0.0)

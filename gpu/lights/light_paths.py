@@ -10,6 +10,7 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
@@ -207,7 +208,7 @@ class PathEnds:
     """Where light paths of at most `bounces` hits meet surfaces, found and put in order on the device.
 
     raw: the places by path, flux 0 where there is none; order (2 · place,): the first `filled` (1,) are those with
-    flux, neighbours on a surface side by side; room: for paths. All is allocated once.
+    flux, neighbours on a surface side by side; room: for paths; no_seed (1,): 0. All is allocated once.
     """
 
     def __init__(self, room: int, bounces: int, device: wp.Device, *, arriving: bool) -> None:
@@ -217,9 +218,11 @@ class PathEnds:
         self.room, self._bounces, self._arriving, self.device = room, bounces, arriving, device
         self.capacity = room * bounces
         self._paths = wp.full(1, room, dtype=int, device=device)
+        self.no_seed = wp.zeros(1, dtype=int, device=device)
         self.raw = allocate_vpls(self.capacity, device)
         self.order = wp.zeros(2 * self.capacity, dtype=int, device=device)
         self.filled = wp.zeros(1, dtype=int, device=device)
+        self._count = StagingBuffer(self.filled)
         self._keys = wp.zeros(2 * self.capacity, dtype=int, device=device)
 
     def set_paths(self, paths: int) -> None:
@@ -241,6 +244,12 @@ class PathEnds:
         self.filled.fill_(capacity)
         launch(count_filled_kernel, capacity, [keys, self.filled], self.device)
 
+    def count(self) -> int:
+        """How many places are `filled`. The host waits for the device's current stream, and for no other."""
+        self._count.download()
+        wp.synchronize_stream(self.device)
+        return int(self._count.host[0])
+
 
 def pilot_of(bounces: int, device: wp.Device, paths: int = 4096, *, arriving: bool = False) -> PathEnds:
     """What a pilot run works with. arriving: photons are wanted, which black surfaces have, too, not VPLs."""
@@ -258,6 +267,7 @@ def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wa
     if table.count == 0:
         return 0
     pilot = pilot or pilot_of(bounces, device_scene.device)
-    pilot.trace(scene, table, wp.zeros(1, dtype=int, device=device_scene.device), features)
-    per_path = max(int(pilot.filled.numpy()[0]) / pilot.room, 1.0 / max_paths_per_vpl)
+    # An array that goes is freed on a stream that all others wait for.
+    pilot.trace(scene, table, pilot.no_seed, features)
+    per_path = max(pilot.count() / pilot.room, 1.0 / max_paths_per_vpl)
     return max(1, round(wanted / per_path))

@@ -20,10 +20,11 @@ class ClusteredLights(ABC):
     """VPL clusters that light a frame, and arrays that have room for as many.
 
     vpls: the clusters of the last frame's; cache: the radiosity around them (RadiosityCache), None where near-field
-    light is not wanted; are_kept: whether they were there before it; relights: whether every frame has others;
-    converges: whether the mean of a still view's later frames is what path tracing finds; number: of these arrays
-    alone, for captured graphs; room: for SP clusters and VPL clusters; correction: what corrects their light, if
-    `corrects`.
+    light is not wanted; has_indirect: whether they light anything, or may, where `choose` is to make them; are_kept:
+    whether they were there before the frame; are_late: whether `choose` makes them beside SP clusters; relights:
+    whether every frame has others; converges: whether the mean of a still view's later frames is what path tracing
+    finds; number: of these arrays alone, for captured graphs; room: for SP clusters and VPL clusters; correction: what
+    corrects their light, if `corrects`.
     """
 
     vpls: VplClusters
@@ -34,6 +35,7 @@ class ClusteredLights(ABC):
     corrects: bool
     room: tuple[int, int]
     are_kept = True
+    are_late = False
     relights = False
     converges = False
 
@@ -46,12 +48,14 @@ class ClusteredLights(ABC):
         return (self.number,)
 
     @abstractmethod
-    def follow(self, kind: FrameKind, stages: Stages) -> bool:
+    def follow(self, kind: FrameKind) -> bool:
         """Follow the scene's light into a frame that is about to begin; False where others must take their place."""
 
     @abstractmethod
-    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
-        """Have in `vpls` and `cache` those of a frame, whose G-buffer is filled."""
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages, *, begins: bool) -> None:
+        """Have in `vpls` and `cache` those of a frame, whose G-buffer is filled; begins: a view keeps nothing of its
+        last frame's lights.
+        """
 
     @abstractmethod
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:

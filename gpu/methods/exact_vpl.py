@@ -12,7 +12,7 @@ from gpu.indirect.exact_gather import gather
 from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, reads_radiosity
+from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, make_lights, reads_radiosity
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered
@@ -78,7 +78,9 @@ class ExactVpl(RenderMethod[ViewState]):
         light_set = self._first
         if sample > 0:
             light_set = self._setup.light_sets.at(light_set_choice(self._setup, sample))
-        self._kept = keeps_lights(self._setup, light_set, stages, captured=kind.captured)
+        self._kept = keeps_lights(self._setup, light_set)
+        if not self._kept:
+            make_lights(self._setup, light_set, stages, captured=kind.captured)
         self._use(light_set)
         stages.graph_key = view.number, self._number, *self._first.numbers
         passes.begin(view, points, kind, stages)

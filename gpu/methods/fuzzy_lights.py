@@ -8,7 +8,7 @@ from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import STILL_VIEW_PARAMETERS, FrameKind, keeps_lights, light_set_choice
+from gpu.methods.passes import STILL_VIEW_PARAMETERS, FrameKind, keeps_lights, light_set_choice, make_lights
 from gpu.settings import Clustering, Component
 from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered
@@ -49,9 +49,9 @@ class FuzzyLights(ClusteredLights):
         """Of these arrays and those of the walk's light set."""
         return self.number, *self._first.numbers
 
-    def follow(self, kind: FrameKind, stages: Stages) -> bool:
-        """Make the frame's light set, unless it is kept from before. VPLs that are not clustered are others in number
-        when light has changed.
+    def follow(self, kind: FrameKind) -> bool:
+        """Find the frame's light set, and whether it is kept from before. VPLs that are not clustered are others in
+        number when light has changed.
         """
         setup, number = self._setup, self._number_of(kind.sample)
         if setup.settings.component is Component.DIRECT:
@@ -59,12 +59,19 @@ class FuzzyLights(ClusteredLights):
         if self._fixed and not setup.light_sets.is_current(self._first):
             return False
         light_set = self._first if number == 0 else setup.light_sets.at(light_set_choice(setup, number))
-        self.are_kept = keeps_lights(setup, light_set, stages, captured=kind.captured)
-        self._use(light_set)
+        self.are_kept = keeps_lights(setup, light_set)
+        self.are_late = not self.are_kept
+        if self.are_kept:
+            self._use(light_set)
+        else:
+            self._used, self.has_indirect = light_set, True
         return True
 
-    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
-        """They are as `follow` has left them."""
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages, *, begins: bool) -> None:
+        """Make the light set that `follow` has found, unless it is kept."""
+        if not self.are_kept:
+            make_lights(self._setup, self._used, stages, captured=kind.captured)
+            self._use(self._used)
 
     def _use(self, light_set: LightSet) -> None:
         settings = self._setup.settings

@@ -40,10 +40,10 @@ class KeptLight:
     near: bool = False
     relit: bool = False
 
-    def begin(self, *, reads_history: bool, corrected: bool, near: bool) -> None:
+    def begin(self, *, reads_history: bool, corrected: bool) -> None:
         """Begin a frame, which leaves nothing should it fail."""
-        self.last_sample, self.relit = None, False
-        self.reads_history, self.corrected, self.near = reads_history, corrected, near
+        self.last_sample, self.relit, self.near = None, False, False
+        self.reads_history, self.corrected = reads_history, corrected
 
     def for_another_viewer(self) -> "KeptLight":
         """One that knows nothing yet; both share what a frame only works with."""

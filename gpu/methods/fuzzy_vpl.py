@@ -11,6 +11,7 @@ from gpu.gbuffer.sparse_shading import stride_of
 from gpu.methods.caustics import caustics_of
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_correction import Convergence
 from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
@@ -49,7 +50,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names: ClassVar[tuple[str, ...]] = (
-        "light", "vpl-clusters", "relight", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
+        "gbuffer", "history", "cluster", "light", "vpl-clusters", "relight", "visibility", "shade", "correct", "refine",
         "bright", "connect", "paths", "probe", "direct", "caustic-photons", "caustics", "near", "interpolate",
         "gloss", "antialias", "keep",
     )  # fmt: skip
@@ -105,16 +106,16 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     def render(self, view: FuzzyViewState, stages: Stages, sample: int) -> None:
         """Direct light beside steps 3 to 6; then both are added, and the walk's next frame finds what it may keep."""
         kind = frame_kind(self._setup.settings, view, sample)
-        if not self.lights.follow(kind, stages):
+        if not self.lights.follow(kind):
             self.lights = self._first_lights()
         lights = self.lights
-        stages.graph_key = view.number, *lights.numbers
+        stages.graph_key = view.number, lights.number
         self._passes.begin(view, view.points, kind, stages)
         self._passes.begin_direct(view, kind, stages, view.histories)
         if lights.has_indirect:
             self._find_indirect(view, kind, stages)
-            if self._options.inspect and kind.captured:
-                self._options.inspect(view, self._frame, lights.vpls, stages)
+        if lights.has_indirect and self._options.inspect and kind.captured:
+            self._options.inspect(view, self._frame, lights.vpls, stages)
         self._passes.end_direct(view, kind, stages)
         if self._caustics:
             self._caustics.run(view, view.points, kind, stages)
@@ -140,24 +141,13 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         """The paper's steps, with near-field light and corrections by rays of single SPs beyond it."""
         frame, settings, lights, passes = self._frame, self._setup.settings, self.lights, self._passes
         clustering, points, history, captured = view.clustering, view.points, view.histories.indirect, kind.captured
-        # Steps 1 and 2: VPLs and their clusters, mostly kept from before. Step 3 was the primary rays.
         lights.check_room(clustering.count)
         clustering.spread(1 if kind.shades_all else points.stride)
-        lights.choose(view, kind, stages)
-        vpls, kept = lights.vpls, lights.known_to(view)
+        kept = lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history
         # Clusters that are kept in other light are where they were, but know nothing of it.
-        relights = lights.relights or not lights.are_kept
-        convergence = lights.convergence(kind)
-        near = lights.has_near and convergence is None
-        kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise, near=near)
-        if kind.denoise:
-            find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
-            stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)
-        if lights.has_near:
-            passes.begin_gloss(view, lights.cache, kind, stages, view.histories)
-        if near:
-            passes.begin_near(points, vpls, lights.cache, kind, stages, history)
+        relights, begins = lights.relights or not lights.are_kept, kept.relit or not reuses
+        kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise)
 
         def cluster() -> None:
             if reuses:
@@ -170,18 +160,41 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             if kind.denoise:
                 lights.correction.remember(view)
 
-        # Step 4: SPs are clustered. Step 5: visibility between representatives. Step 6: every SP is shaded.
+        # Step 3 was the primary rays. Step 4: SPs are clustered. Step 5: visibility between representatives. Step 6:
+        # every SP is shaded.
+        if kind.denoise:
+            find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
+            stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)
+        convergence = None if lights.are_late else self._choose_lights(view, kind, stages, begins=begins)
         stages.run("cluster", cluster, repeats=captured, branch=(reuses, relights))
+        if lights.are_late:
+            convergence = self._choose_lights(view, kind, stages, begins=begins)
+        if not lights.has_indirect:
+            return
         stages.run("visibility", partial(lights.trace, view), repeats=captured)
         kept.last_sample = kind.sample
         stages.run("shade", shade_points, repeats=captured, branch=(reuses, relights))
         if convergence is not None:
             lights.correction.converge(view, kept, convergence, kind, stages)
             return
-        if near:
+        if kept.near:
             passes.share_near(points, lights.correction.clustered_irradiance, kind, stages, history)
         if lights.corrects:
-            lights.correction.run(view, kept, vpls, kind, stages)
+            lights.correction.run(view, kept, lights.vpls, kind, stages)
+
+    def _choose_lights(self, view: FuzzyViewState, kind: FrameKind, stages: Stages, *,
+                       begins: bool) -> Convergence | None:  # fmt: skip
+        """Steps 1 and 2: VPLs and their clusters, mostly kept from before. Begin with what rays find of them."""
+        lights, passes, points, histories = self.lights, self._passes, view.points, view.histories
+        lights.choose(view, kind, stages, begins=begins)
+        stages.graph_key = view.number, *lights.numbers
+        convergence, kept = lights.convergence(kind), lights.known_to(view)
+        kept.near = lights.has_near and convergence is None
+        if lights.has_near:
+            passes.begin_gloss(view, lights.cache, kind, stages, histories)
+        if kept.near:
+            passes.begin_near(points, lights.vpls, lights.cache, kind, stages, histories.indirect)
+        return convergence
 
     def count(self, view: FuzzyViewState) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""

@@ -135,27 +135,29 @@ def light_set_choice(setup: RenderSetup, number: int = 0) -> LightSetChoice:
     return LightSetChoice(counts.vpls, counts.vpl_clusters, setup.bounces, seed, settings.lambertian)
 
 
-def keeps_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, captured: bool) -> bool:
-    """Whether a light set is kept from before; else, or where settings forbid that, it is made now.
+def keeps_lights(setup: RenderSetup, light_set: LightSet) -> bool:
+    """Whether a light set is kept from before; else, or where settings forbid that, `make_lights` is to make it."""
+    setup.light_sets.wait_for_made()
+    return setup.settings.skip.unchanged_lights and setup.light_sets.is_current(light_set)
+
+
+def make_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, captured: bool) -> None:
+    """Make a light set that is not kept, beside the frame's stages so far, which must not read it.
 
     captured: its making may be replayed.
     """
     sets, key = setup.light_sets, stages.graph_key
-    current = sets.is_current(light_set)
-    kept = setup.settings.skip.unchanged_lights and current
-    sets.wait_for_made()
-    if current and not kept:
+
+    def run(name: str, part: Callable[[], None]) -> None:
+        stages.graph_key = light_set.numbers
+        stages.run(name, part, repeats=captured)
+        stages.flush()  # what it made is read
+
+    if sets.is_current(light_set):
         wp.synchronize_device(setup.device)  # others may read it
-    if not kept:
-
-        def run(name: str, part: Callable[[], None]) -> None:
-            stages.graph_key = light_set.numbers
-            stages.run(name, part, repeats=captured)
-            stages.flush()  # what it made is read
-
+    with stages.beside():
         sets.renew(light_set, setup.progress, run)
-        stages.graph_key = key
-    return kept
+    stages.graph_key = key
 
 
 class Passes:

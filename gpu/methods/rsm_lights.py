@@ -72,7 +72,7 @@ class RsmLights(ClusteredLights):
     def _maps_of(self, side: int) -> ShadowMaps:
         return make_shadow_maps(self._setup.device_scene, self._setup.light_sets.table, side)
 
-    def follow(self, kind: FrameKind, stages: Stages) -> bool:
+    def follow(self, kind: FrameKind) -> bool:
         """Have maps of the lights as they are, unless there are more or fewer now."""
         sets = self._setup.light_sets
         if not self.has_indirect or self._version == sets.version:
@@ -94,7 +94,7 @@ class RsmLights(ClusteredLights):
         """How many pixels of the maps have light, (1,)."""
         return self.vpls.starts[self.vpls.count :]
 
-    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages, *, begins: bool) -> None:
         """Trace the maps, and cluster them by one round from the seeds that the walk's last frame had, mostly.
 
         Frames of a walk have the same rays, so that clusters change as lights do; those of a still view have their own.
@@ -103,8 +103,6 @@ class RsmLights(ClusteredLights):
         setup, frame, pixels, seeds = self._setup, self._frame, self._pixels, self.seeds_of(view)
         settings, table = setup.settings, setup.light_sets.table
         seed = frame_seed(settings.seed, kind.sample)
-        kept = self.known_to(view)
-        begins = kept.relit or not self.reuses_clusters(view, kept, kind)
 
         def trace() -> None:
             trace_shadow_maps(frame.scene, table, self._maps, setup.bounces, seed, frame.features, pixels)

@@ -158,7 +158,7 @@ class LightSets:
         ends.set_paths(paths)
         table = self._path_light.table
         run("light", lambda: ends.trace(scene, table, light_set.seed, features))
-        count = int(ends.filled.numpy()[0])
+        count = ends.count()
         if count > maker.room:
             maker = self._makers[same] = self._maker(choice, paths, count)
             light_set.trace_by(maker)

@@ -3,17 +3,23 @@
 The renderer goes on with what it has made of the states before, where they need no other arrays or kernels.
 """
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 import pytest
+from devices import NEEDS_CUDA
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from pictures import CAMERA
 from scenes import box, grey, quad, scene_of
 
+from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
+from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
@@ -50,7 +56,7 @@ EDITS = st.builds(
 
 
 @cache
-def room() -> DeviceScene:
+def room(device: str = "cpu") -> DeviceScene:
     """A box with a hole in its ceiling, a lamp, a bulb and a sky."""
     walls = box()
     del walls[3]
@@ -58,7 +64,7 @@ def room() -> DeviceScene:
     block = replace(quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2), name="block")
     bulb = Light("bulb", LightKind.POINT, (0.1, 0.2, 0.1), (0.3, 0.3, 0.0))
     materials = [grey(0.7), grey(0.0, 5.0), grey(0.4)]
-    return DeviceScene(scene_of([*walls, lamp, block], materials, lights=[bulb], sky=Sky((0.5, 0.6, 0.7))), "cpu")
+    return DeviceScene(scene_of([*walls, lamp, block], materials, lights=[bulb], sky=Sky((0.5, 0.6, 0.7))), device)
 
 
 @pytest.mark.parametrize("method", list(Method))
@@ -82,6 +88,12 @@ def room() -> DeviceScene:
     [
         SceneEdits(objects={"block": ObjectEdit(offset=(0.1, 0.0, -0.1)), "lamp": ObjectEdit(offset=(0.1, -0.1, 0.1))}),
         SceneEdits(objects={"block": ObjectEdit(offset=(0.0, -0.2, 0.0), rotation=(20.0, 0.0, 70.0))}),
+    ]
+)
+@example(  # where nothing reflects light there are no VPLs
+    [
+        SceneEdits(materials=dict.fromkeys(["default", "default (3)"], MaterialEdit(color=(0.0, 0.0, 0.0)))),
+        SceneEdits(materials={"default": MaterialEdit(color=(0.9, 0.1, 0.1))}),
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))
@@ -141,3 +153,83 @@ def test_a_light_that_is_dimmed_counts_by_what_it_is_dimmed_to(method: Method) -
     lamp, bulb, mixed = lit(bulb=0.0), lit(default=0.0), lit(default=0.5, bulb=2.0)
     assert min(lamp.mean(), bulb.mean()) > 0.05 * mixed.mean()
     assert np.abs(mixed - (0.5 * lamp + 2.0 * bulb)).max() < 1e-5 * mixed.max()
+
+
+# On CUDA what is made so often is a graph's at last.
+CHANGES = [
+    *(SceneEdits(lights={"bulb": LightEdit(position=(0.1 * step, 0.0, 0.2))}) for step in range(5)),
+    *(SceneEdits(lights={"bulb": LightEdit(intensity=0.5 * step)}) for step in range(4)),
+    *(SceneEdits(objects={"block": ObjectEdit(offset=(0.03 * step, 0.0, -0.1))}) for step in range(5)),
+    *(SceneEdits(materials={"default": MaterialEdit(color=(0.2 * step, 0.1, 1.0))}) for step in range(4)),
+]
+
+
+def walk(size: tuple[int, int], device: str, **counts: int) -> list[tuple[bytes, list[str]]]:
+    """Frames of a walk and their stages, each after one of CHANGES; of another walk, where that needs other arrays."""
+    base, options = room(device).generalised(general=False), RenderSettings(**counts)
+    loaded, state = LoadedScene(SceneRef("room", "room"), base.scene, base, LightSets(base), base.scene), None
+    frames = []
+    for number, step in enumerate(CHANGES):
+        before, state = state, edit(loaded, step, state)
+        if state is not before:
+            renderer = Renderer(state.device_scene, size, options, light_sets=state.light_sets)
+        frame = renderer.render(rotated(CAMERA, 0.3 * number), walks=True)
+        frames.append((frame.radiance().tobytes(), list(frame.stats.stage_ms)))
+    return frames
+
+
+class LightFirst(Stages):
+    """Runs stages that are beside others before these, not after them."""
+
+    def start_frame(self) -> None:
+        super().start_frame()
+        self._later: list[Callable[[], None]] = []
+        self._is_beside = False
+
+    def _take(self, work: Callable[[], None]) -> None:
+        if self._is_beside:
+            work()
+        else:
+            self._later.append(work)
+
+    def run(self, *stage: Any, **options: Any) -> None:
+        self._take(partial(super().run, *stage, **options))
+
+    def fork(self, *stage: Any, **options: Any) -> None:
+        self._take(partial(super().fork, *stage, **options))
+
+    def run_untimed(self, *stage: Any, **options: Any) -> None:
+        self._take(partial(super().run_untimed, *stage, **options))
+
+    def flush(self) -> None:
+        later, self._later = ([], self._later) if self._is_beside else (self._later, [])
+        for work in later:
+            work()
+
+    @contextmanager
+    def beside(self) -> Iterator[None]:
+        self._is_beside = True
+        yield
+        self._is_beside = False
+
+
+def test_light_that_an_edit_changes_is_made_before_or_after_what_a_frame_begins_with(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    after = walk(SIZE, "cpu", **COUNTS)
+    _, names = after[1]
+    assert names == [*(name for name in FuzzyVpl.stage_names if name in names), "display"]
+    assert names[:5] == ["gbuffer", "history", "cluster", "light", "vpl-clusters"]
+    monkeypatch.setattr("gpu.renderer.Stages", LightFirst)
+    before = walk(SIZE, "cpu", **COUNTS)
+    assert before[1][1][:3] == ["light", "vpl-clusters", "gbuffer"]
+    assert [radiance for radiance, _ in before] == [radiance for radiance, _ in after]
+
+
+@NEEDS_CUDA
+def test_light_that_is_made_beside_other_stages_has_the_bits_of_what_is_made_after_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    beside = [walk((1024, 576), "cuda:0") for _ in range(2)]
+    monkeypatch.setattr(Stages, "beside", lambda stages: nullcontext())
+    assert beside == [walk((1024, 576), "cuda:0")] * 2

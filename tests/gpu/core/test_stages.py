@@ -1,15 +1,19 @@
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from time import sleep
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import warp as wp
 from devices import NEEDS_CUDA
 
 from gpu.adaptive.error_probes import next_probes_kernel
+from gpu.core import stages as module
 from gpu.core.device import launch
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
+from gpu.core.staging_buffer import StagingBuffer
 
 
 @pytest.fixture
@@ -84,6 +88,94 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer(clock: 
     assert list(times.values()) == pytest.approx([100.0, 300.0, 800.0, 500.0])
 
 
+def test_what_runs_beside_stages_comes_after_them_where_nothing_does() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+    stages.start_frame()
+    stages.run("first", lambda: ran.append(1))
+    with stages.beside():
+        stages.run("second", lambda: ran.append(2))
+        ran.append(3)
+    stages.run("third", lambda: ran.append(4))
+    assert ran == [1, 2, 3, 4]
+    assert list(stages.milliseconds()) == ["first", "second", "third"]
+
+
+class Timed:
+    """A stream, or an event, and the time that it has come to [ms]."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        self.now = 0.0
+
+    def record_event(self, event: "Timed") -> None:
+        event.now = self.now
+
+    def wait_event(self, event: "Timed") -> None:
+        self.now = max(self.now, event.now)
+
+    wait_stream = wait_event
+
+
+class TimedWarp:
+    """Streams of a device on which whatever runs takes the time that it is said to, and nothing is captured."""
+
+    Event = Timed
+
+    def __init__(self) -> None:
+        self.current = Timed()
+
+    def take(self, milliseconds: float) -> None:
+        self.current.now += milliseconds
+
+    def get_stream(self, _device: object) -> Timed:
+        return self.current
+
+    def get_event_elapsed_time(self, begin: Timed, end: Timed, **_: object) -> float:
+        return end.now - begin.now
+
+    @contextmanager
+    def ScopedStream(self, stream: Timed) -> Iterator[None]:  # noqa: N802
+        before, self.current = self.current, stream
+        stream.wait_stream(before)
+        try:
+            yield
+        finally:
+            self.current = before
+
+
+@pytest.mark.parametrize(
+    ("ahead", "taken", "expected"),
+    [
+        (3.0, (1.0, 4.0), {"first": 1.0, "ahead": 3.0, "light": 0.0, "more": 2.0, "last": 1.0}),
+        (6.0, (1.0, 4.0), {"first": 1.0, "ahead": 6.0, "light": 0.0, "more": 0.0, "last": 1.1}),
+        (0.5, (1.0, 4.0), {"first": 1.0, "ahead": 0.5, "light": 0.5, "more": 4.0, "last": 1.0}),
+    ],
+)
+def test_stages_beside_others_begin_with_these_and_take_what_they_take_longer(
+    monkeypatch: pytest.MonkeyPatch, ahead: float, taken: tuple[float, float], expected: dict[str, float]
+) -> None:
+    warp, lane = TimedWarp(), SimpleNamespace(side=Timed(), ahead=Timed())
+    monkeypatch.setattr(module, "wp", warp)
+    stages: Any = Stages(SimpleNamespace(is_cuda=True), lane)
+    monkeypatch.setattr(stages, "_note", lambda key: stages._loaded.discard(key))  # it is never captured
+    for _ in range(2):
+        begun = warp.current.now
+        stages.start_frame()
+        stages.run("first", lambda: warp.take(1.0))
+        stages.flush()
+        stages.run("ahead", lambda: warp.take(ahead))
+        stages.fork("last", "beside", lambda: warp.take(0.1))
+        with suppress(KeyError), stages.beside():
+            for name, milliseconds in zip(("light", "more"), taken, strict=True):
+                stages.run(name, lambda milliseconds=milliseconds: warp.take(milliseconds))
+                stages.flush()
+            assert warp.current.now == begun + 1.0 + sum(taken)
+            raise KeyError  # the frame's next stages, or the next frame, come after both all the same
+        stages.run("last", lambda: warp.take(1.0), waits_for_fork=True)
+        stages.flush()
+        assert stages.milliseconds() == pytest.approx(expected)
+        assert warp.current.now - begun == pytest.approx(sum(expected.values()))
+
+
 @NEEDS_CUDA
 @pytest.mark.parametrize("repeats", [False, True])
 def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:
@@ -155,6 +247,43 @@ def test_a_stage_does_not_take_what_was_forked_for_one_after_it() -> None:
         wp.synchronize_device(device)
     times = stages.milliseconds()
     assert times["second"] < 5.0 < times["third"]
+
+
+@NEEDS_CUDA
+@pytest.mark.parametrize("repeats", [False, True])
+def test_what_runs_beside_stages_is_waited_for_alone_and_both_come_before_what_follows(repeats: bool) -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages, late = Stages(device), list[bool]()
+    one, two, three = (wp.zeros(count, dtype=int, device=device) for _ in range(3))
+    last = StagingBuffer(two[-1:])
+
+    def turn(values: wp.array, times: int) -> None:
+        for _ in range(times):
+            launch(next_probes_kernel, count, [values], device)
+
+    def both() -> None:
+        wp.copy(three, one)
+        turn(two, 1)
+
+    for frame in range(1, 6):
+        stages.start_frame()
+        stages.run("one", lambda: turn(one, 400), repeats=repeats)
+        over = wp.get_stream(device) if repeats is False else stages._lane.ahead
+        with stages.beside():
+            stages.run("two", lambda: turn(two, 1))
+            stages.flush()
+            last.download()
+            wp.synchronize_stream(device)
+            assert last.host[0] == 2 * frame - 1
+            late.append(not over.is_complete)
+        stages.run("three", both)
+        stages.flush()
+        wp.synchronize_device(device)
+        assert [int(values.numpy()[-1]) for values in (one, two, three)] == [400 * frame, 2 * frame, 400 * frame]
+        times = stages.milliseconds()
+        assert list(times) == ["one", "two", "three"]
+        assert 0.0 <= times["two"] < times["one"]
+    assert late[-1] == repeats
 
 
 @NEEDS_CUDA
