@@ -4,20 +4,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import warp as wp
+from devices import wait_kernel
 
 from gpu.core import lane as module
 from gpu.core.device import choose_device, launch
 from gpu.core.lane import CUDA_FRAMES, Flight, Lane, frames_at_once
-
-
-@wp.kernel
-def wait_kernel(first: int, rounds: int, values: wp.array[float]) -> None:
-    """One thread a number: a while of work."""
-    index = first + wp.tid()
-    x = float(1.0)
-    for _round in range(rounds):
-        x = wp.sin(x) + 1.0
-    values[index] += x
 
 
 def test_a_cpu_has_one_lane_where_all_is_over_at_once() -> None:
