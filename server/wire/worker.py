@@ -9,7 +9,8 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Annotated, Any, BinaryIO, Literal, Protocol, get_args
+from functools import cache
+from typing import Annotated, Any, BinaryIO, Literal, Protocol
 
 from pydantic import Field, TypeAdapter
 
@@ -360,14 +361,19 @@ FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Picked 
 
 _Message = Annotated[ToWorker | FromWorker, Field(discriminator="kind")]
 _adapter: TypeAdapter[ToWorker | FromWorker] = TypeAdapter(_Message)
-# Of one type each: to look for the one that fits takes as long as to write it.
-_adapters: dict[type, TypeAdapter[Any]] = {of: TypeAdapter(of) for of in get_args(ToWorker | FromWorker)}
 _lengths = struct.Struct("<II")
+
+
+@cache
+def _adapter_of(kind: type) -> TypeAdapter[Any]:
+    """Of one type: to look for the one that fits takes as long as to write it. Made when one is sent, as few are."""
+    return TypeAdapter(kind)
 
 
 def pack(message: ToWorker | FromWorker, payload: bytes = b"") -> bytes:
     """A message and its bytes, ready for the pipe; ValueError for what the other side would not take."""
-    text = _adapters[type(message)].dump_json(message)
+    kind: type = type(message)
+    text = _adapter_of(kind).dump_json(message)
     if len(text) > MAX_TEXT_BYTES:
         raise ValueError(f"{len(text)} bytes of text are more than a message may have: {message.kind}")
     return b"".join((_lengths.pack(len(text), len(payload)), text, payload))
