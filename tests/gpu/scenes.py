@@ -44,6 +44,14 @@ def grey(albedo: float, emission: float = 0.0) -> Material:
     return Material(base_color=(albedo, albedo, albedo, 1.0), emission=(emission,) * 3, specular=0.0)
 
 
+# Kernels are compiled for what is rare and in a scene. Tests of such surfaces have these among the materials of theirs,
+# of nothing that is there, so that all are shown by the same ones.
+RARE = (
+    Material(transmission=1.0, roughness=0.4),
+    Material(clearcoat=1.0),
+)
+
+
 def scene_of(
     parts: Sequence[MeshPart],
     materials: Sequence[Material],

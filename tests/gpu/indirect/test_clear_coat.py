@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from frame_view import FrameView
-from scenes import box, grey, quad, resident_of
+from scenes import RARE, box, grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_samples
@@ -23,7 +23,7 @@ def room(coat_roughness: float) -> DeviceScene:
     """A white plate with a coat in a room whose walls emit 1/π and reflect half, so that light of 2/π is all around."""
     coated = replace(grey(1.0), clearcoat=0.8, clearcoat_roughness=coat_roughness)
     plate = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
-    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated]).generalised()
+    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated, *RARE]).generalised()
 
 
 def shown(coat_roughness: float, *, direct: bool) -> tuple[Doubles, Doubles]:

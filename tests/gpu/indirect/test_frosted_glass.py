@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from scenes import box, grey, quad, resident_of, results
+from scenes import RARE, box, grey, quad, resident_of, results
 from walls import CPU
 
 from gpu.device_scene.data import SceneData
@@ -26,7 +26,7 @@ def shown(transmission: float = 1.0, *, direct: bool = True) -> tuple[Doubles, D
     """
     glass = Material(base_color=(*COLOUR, 1.0), transmission=transmission, roughness=0.4, specular=0.0)
     sheet = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
-    device_scene = resident_of([*box(), sheet], [grey(0.5, emission=1.0 / np.pi), glass]).generalised()
+    device_scene = resident_of([*box(), sheet], [grey(0.5, emission=1.0 / np.pi), glass, *RARE]).generalised()
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=5000, vpl_clusters=100, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
