@@ -64,7 +64,7 @@ class RadiosityParameters:
     came a way few paths go would make a bright spot of what is a wide faint glow.
     """
 
-    plane_share: float = 0.3
+    plane_share: float = 0.25
     most_area: float = 16.0
     least_covered: int = 3
     reach: float = 2.0
