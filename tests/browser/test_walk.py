@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 
 SAMPLE = """() => {
@@ -41,7 +40,6 @@ def wait_for_picture(page: Page, condition: Callable[[list[float]], bool], probl
     raise AssertionError(problem)
 
 
-@pytest.mark.timeout(600)  # the first start ever compiles the kernels
 def test_a_key_press_moves_the_camera_and_the_picture_gets_sharp(page: Page, real_url: str) -> None:
     page.set_viewport_size({"width": 160, "height": 90})
     page.goto(f"{real_url}/#frames=2")

@@ -93,7 +93,6 @@ def frames(room: DeviceScene, settings: RenderSettings) -> list[Floats]:
         {"lambertian": True},
     ],
 )
-@pytest.mark.timeout(600)  # where no kernel is compiled yet
 def test_general_kernels_show_what_a_scenes_own_show(
     room: DeviceScene, choice: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -88,7 +88,6 @@ def viewers(client: httpx.Client, path: str) -> int:
     return int(client.get(f"{path}readyz").json()["viewers"])
 
 
-@pytest.mark.timeout(600)
 def test_a_page_and_all_that_it_asks_for_stay_with_a_replica(client: httpx.Client) -> None:
     assert client.get("/", headers={"Authorization": ""}).status_code == 401
     assert client.get("/").headers["Location"] in paths(client, 2)
@@ -107,7 +106,6 @@ def test_a_page_and_all_that_it_asks_for_stay_with_a_replica(client: httpx.Clien
     assert "hall.glb" in {it["id"] for it in client.get("/api/v1/scenes").json()}
 
 
-@pytest.mark.timeout(600)
 def test_a_walk_goes_on_while_its_replica_is_drained(client: httpx.Client, storage: str) -> None:
     both = paths(client, 2)
     with socket(both[0]) as one, socket(both[1]) as two:

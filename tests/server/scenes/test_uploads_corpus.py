@@ -25,7 +25,7 @@ FEW = range(11, 15)  # three load, whose kernels are those of the samples below
 SECONDS = 30.0  # that an answer may take
 # Valid files, but with nothing that could be rendered here: no surfaces, or a later glTF.
 NOTHING_TO_RENDER = re.compile(r"no triangles|has an area|has no 'uri'|only 2\.0 is read")
-pytestmark = pytest.mark.timeout(7200 if ALL else 600)
+pytestmark = pytest.mark.timeout(7200 if ALL else 900)
 
 
 @pytest.fixture(scope="module")
