@@ -48,8 +48,9 @@ class MeshPart:
 
     positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
     (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
-    material: index into the scene's materials; name: what error messages call it; object: what users do,
-    `name` where it is empty; body: what it was before it was placed, if it moves.
+    material: index into the scene's materials; name: what error messages call it; objects: what users do, `name` where
+    there are none; vertex_object (vertex,): which of several each vertex is of; body: what it was before it was placed,
+    if it moves.
     """
 
     positions: Doubles
@@ -59,8 +60,15 @@ class MeshPart:
     colors: Doubles | Floats | None = None
     material: int = 0
     name: str = "mesh"
-    object: str = ""
+    objects: tuple[str, ...] = ()
+    vertex_object: Integers | None = None
     body: Body | None = None
+
+    @property
+    def owners(self) -> tuple[tuple[str, ...], Integers]:
+        """The names of its objects, and which of them each vertex (vertex,) is of."""
+        first = np.broadcast_to(np.int32(0), len(self.positions))
+        return self.objects or (self.name,), first if self.vertex_object is None else self.vertex_object
 
 
 @dataclass(frozen=True)
@@ -135,8 +143,7 @@ def assemble(
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
-    names = (part.object or part.name for part in parts)
-    objects, vertex_object = numbered(names, (len(part.positions) for part in parts), used)
+    objects, vertex_object = numbered((part.owners for part in parts), used)
     notes += device_precision(vertices, triangles, 1.0 / placement.scale)
     cameras = [camera_in_world(camera, frame) for camera in found.cameras]
     if not cameras:
@@ -231,7 +238,10 @@ def _with_normals(part: MeshPart) -> MeshPart:
     normals = np.repeat(area_vectors(positions, triangles), 3, axis=0)
     uvs = tuple(uv[corner] for uv in part.uvs)
     colors = None if part.colors is None else part.colors[corner]
-    return replace(part, positions=positions, triangles=triangles, normals=normals, uvs=uvs, colors=colors)
+    own = None if part.vertex_object is None else part.vertex_object[corner]
+    return replace(
+        part, positions=positions, triangles=triangles, normals=normals, uvs=uvs, colors=colors, vertex_object=own
+    )
 
 
 def _merged(parts: Sequence[MeshPart]) -> tuple[Doubles, Integers, Integers]:

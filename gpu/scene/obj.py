@@ -1,5 +1,6 @@
 """OBJ files, with the materials of their MTL files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from gpu.scene.assemble import SceneParts, assemble
@@ -28,7 +29,8 @@ def load_obj(path: Path, limits: SceneLimits, options: ImportOptions = DEFAULT_O
         library.read(libraries)
     geometry = ObjParts(file, text, remarks)
     names = list(dict.fromkeys(name for name, _ in file.faces))
-    materials = [library.find(name) or bare_material(geometry.colors) for name in names]
+    bare = bare_material(geometry.colors)
+    materials = [library.find(name) or replace(bare, name=name or bare.name) for name in names]
     parts = geometry.parts({name: number for number, name in enumerate(names)})
     found = SceneParts(parts, materials, library.textures, ignored=remarks.sentences())
     return assemble(str(path), found, limits, options)

@@ -1,12 +1,14 @@
 """Faces of OBJ files as mesh parts: polygons cut, corners made vertices, normals of smoothing groups."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.normals import smooth_normals
-from gpu.scene.obj_statements import ObjFile, row_line
+from gpu.scene.obj_statements import MOST_OBJECTS, ObjFile, row_line
 from gpu.scene.outlines import covered, usable_positions
 from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles, Integers
@@ -35,19 +37,22 @@ class ObjParts:
         self._uvs = uvs * (1.0, -1.0) + (0.0, 1.0) if file.count("vt") else None
         self.colors = linear_colors(np.array(file.colors).reshape(-1, 3), remarks) if file.colors else None
         self._faces = file.faces
+        self._objects = _object_names(file, remarks)
 
     def parts(self, materials: dict[str, int]) -> list[MeshPart]:
         """A part or two for each material and smoothing group; materials: the number of each name."""
         found = []
-        for (material, smoothing), (corners, counts) in self._faces.items():
+        for (material, smoothing), (corners, counts, owners) in self._faces.items():
             ids = np.array(corners, np.int64)
             cut = covered(self._positions, self._corners[ids, 0], np.array(counts, np.int64), self._remarks)
             triangles = ids[cut.triangles]
             starts = np.cumsum([0, *counts[:-1]])
             shaded = (np.minimum.reduceat(self._corners[ids, 2], starts) >= 0)[cut.polygons]
-            for some, smooth in ((triangles[shaded], True), (triangles[~shaded], smoothing > 0)):
-                if len(some):
-                    found.append(self._part(some, smooth, materials[material], material or "faces"))
+            own = np.array(owners, np.int64)[cut.polygons]
+            for some, smooth in ((shaded, True), (~shaded, smoothing > 0)):
+                if some.any():
+                    part = self._part(triangles[some], own[some], smooth)
+                    found.append(replace(part, material=materials[material], name=material or "faces"))
         return found
 
     def _with_none(self, rows: Doubles, column: int, sentence: str, instead: float) -> Doubles:
@@ -58,11 +63,16 @@ class ObjParts:
         self._remarks.add_count(sentence, int((broken & used).sum()))
         return np.concatenate([np.where(broken[:, None], instead, rows), np.full((1, rows.shape[1]), instead)])
 
-    def _part(self, triangles: Integers, smooth: bool, material: int, name: str) -> MeshPart:
-        """A part of `triangles` (triangle, 3) of corners; without `smooth` its normals are those of its triangles."""
-        used = np.zeros(len(self._corners), bool)
-        used[triangles] = True
-        v, vt, vn = self._corners[used].T
+    def _part(self, triangles: Integers, owners: Integers, smooth: bool) -> MeshPart:
+        """A part of `triangles` (triangle, 3) of corners, which are of the objects `owners` (triangle,); without
+        `smooth` its normals are those of its triangles.
+        """
+        if not self._objects:
+            owners = np.zeros_like(owners)
+        ids, own = np.unique(owners, return_inverse=True)
+        used, compact = np.unique(own[:, None] * len(self._corners) + triangles, return_inverse=True)
+        vertex_object, corners = np.divmod(used, len(self._corners))
+        v, vt, vn = self._corners[corners].T
         normals = None
         if smooth:
             normals = self._normals[vn]
@@ -71,13 +81,21 @@ class ObjParts:
                 normals = np.where((vn < 0)[:, None], summed[v], normals)
         return MeshPart(
             positions=self._positions[v],
-            triangles=(np.cumsum(used) - 1)[triangles],
+            triangles=compact.reshape(-1, 3),
             normals=normals,
             uvs=() if self._uvs is None else (self._uvs[vt],),
             colors=None if self.colors is None else self.colors[v],
-            material=material,
-            name=name,
+            objects=tuple(self._objects[number] for number in ids) if self._objects else (),
+            vertex_object=vertex_object,
         )
+
+
+def _object_names(file: ObjFile, remarks: Remarks) -> list[str]:
+    """What the objects of `file` are called; none where it has no names, or too many."""
+    if len(file.objects) > MOST_OBJECTS:
+        remarks.add(f"has more than {MOST_OBJECTS:,} names of objects or groups: its materials are its objects")
+        return []
+    return [name or "default" for name in file.objects] if any(file.objects) else []
 
 
 def _check_corners(file: ObjFile, corners: Integers) -> None:

@@ -15,8 +15,9 @@ from gpu.scene.types import Doubles
 _WIDTHS = {"v": 3, "vt": 2, "vn": 3}
 _LEAST = {"v": 3, "vt": 1, "vn": 3}
 _USUAL = {"f", *_WIDTHS}
-_NAMES_ONLY = {"o", "g"}
 _COUNTED = re.compile(r"0*[1-9][0-9]{0,14}")
+MOST_OBJECTS = 10_000
+"""Names of objects or groups that are kept: where there are more, programs wrote a group for each few faces."""
 
 
 @dataclass
@@ -25,7 +26,8 @@ class ObjFile:
 
     rows: numbers of v (3 a row), vt (2) and vn (3), NaN where a line has none; colors: 3 numbers a v, empty when no v
     has any. corners: (v, vt, vn) of each corner that differs, counted from 0, −1 for none; lines: where each is first.
-    faces: by material and smoothing group (0: none) which corners, and how many a face has. libraries: what follows
+    faces: by material and smoothing group (0: none) which corners, how many a face has, and which object it is of.
+    objects: numbers by name, "" before the first; more than MOST_OBJECTS are not told apart. libraries: what follows
     each mtllib.
     """
 
@@ -34,7 +36,8 @@ class ObjFile:
     colors: "array[float]" = field(default_factory=lambda: array("d"))
     corners: list[tuple[int, int, int]] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
-    faces: "dict[tuple[str, int], tuple[array[int], array[int]]]" = field(default_factory=dict)
+    faces: "dict[tuple[str, int], tuple[array[int], array[int], array[int]]]" = field(default_factory=dict)
+    objects: dict[str, int] = field(default_factory=dict)
     libraries: list[str] = field(default_factory=list)
 
     def count(self, key: str) -> int:
@@ -50,7 +53,7 @@ def read_statements(source: str, text: str, remarks: Remarks) -> ObjFile:
     """The file whose text is `text`. Raises SceneError naming the line of a v or f that cannot be read."""
     file = ObjFile(source)
     known: dict[str, int] = {}
-    group, faces = ("", 0), None
+    group, faces, names, owner = ("", 0), None, {"o": "", "g": ""}, 0
     for place, line in logical_lines(text):
         words = line.split()
         if not words or words[0].startswith("#"):
@@ -64,9 +67,12 @@ def read_statements(source: str, text: str, remarks: Remarks) -> ObjFile:
             if len(face) < 3:
                 remarks.add("a face with fewer than 3 corners was left out", f"line {place}")
                 continue
-            faces = faces or file.faces.setdefault(group, (array("q"), array("q")))
+            if faces is None:
+                faces = file.faces.setdefault(group, (array("q"), array("q"), array("i")))
+                owner = _owner(file, names["o"] or names["g"])
             faces[0].extend(face)
             faces[1].append(len(face))
+            faces[2].append(owner)
         elif key in _WIDTHS:
             width = _WIDTHS[key]
             try:
@@ -78,13 +84,22 @@ def read_statements(source: str, text: str, remarks: Remarks) -> ObjFile:
         elif key in ("usemtl", "s"):
             value = " ".join(words[1:])
             group, faces = (value, group[1]) if key == "usemtl" else (group[0], _smoothing(value)), None
+        elif key in names:
+            names[key], faces = " ".join(words[1:]), None
         elif key == "mtllib":
             file.libraries.append(line.strip()[len(key) :].strip())
         elif key in ("l", "p"):
             remarks.add("points and lines have no surface and were ignored")
-        elif key not in _NAMES_ONLY:
+        else:
             remarks.add(f"statement {key!r:.20} is not supported and was ignored", f"line {place}")
     return file
+
+
+def _owner(file: ObjFile, name: str) -> int:
+    """The number of the object called `name`; that of any other where there are too many."""
+    if name not in file.objects and len(file.objects) > MOST_OBJECTS:
+        return 0
+    return file.objects.setdefault(name, len(file.objects))
 
 
 def _row(file: ObjFile, key: str, place: int, line: str, remarks: Remarks) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from gpu.errors import UserError, brief
 from gpu.scene.parts import MOST_ID
 from gpu.scene.pauses import Pause, go_on
 from gpu.scene.soundness import sound
-from gpu.scene.types import Doubles, Ints, Mask, Rgb, Scene
+from gpu.scene.types import Doubles, Integers, Ints, Mask, Rgb, Scene
 
 
 @dataclass(frozen=True)
@@ -24,14 +25,20 @@ class Move:
     scale: float = 1.0
 
 
-def numbered(names: Iterable[str], counts: Iterable[int], used: Mask) -> tuple[tuple[str, ...], Ints]:
+def numbered(meshes: Iterable[tuple[tuple[str, ...], Integers]], used: Mask) -> tuple[tuple[str, ...], Ints]:
     """The ids of objects that have vertices, and the object of each vertex that is `used`.
 
-    names, counts: of meshes, one behind the other, and of their vertices; used: of these, (vertex,).
+    meshes: one behind the other, of each the names of its objects and which of them its vertices (vertex,) are of;
+    used: of all their vertices, (vertex,).
     """
     known: dict[str, int] = {}
-    of_mesh = [known.setdefault(brief(name, MOST_ID).strip() or "object", len(known)) for name in names]
-    numbers = np.repeat(np.array(of_mesh, np.int32), list(counts))[used]
+
+    @cache  # meshes of a file may share its names
+    def numbers_of(names: tuple[str, ...]) -> Ints:
+        ids = (brief(name, MOST_ID).strip() or "object" for name in names)
+        return np.array([known.setdefault(one, len(known)) for one in ids], np.int32)
+
+    numbers = np.concatenate([numbers_of(names)[own] for names, own in meshes])[used]
     there, own = np.unique(numbers, return_inverse=True)
     ids = [*known]
     return tuple(ids[number] for number in there), own.astype(np.int32)

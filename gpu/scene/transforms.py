@@ -1,5 +1,6 @@
 """4×4 column-vector matrices from a file's spaces to its world, and mesh parts placed by them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,11 @@ from gpu.scene.types import Doubles, Mask
 LEAST_QUATERNION = 1e-6  # its length; shorter ones have no direction
 
 
-def placed(part: MeshPart, matrices: Doubles) -> MeshPart:
-    """`part` once for each of `matrices` (instance, 4, 4), its fronts outside under those that mirror."""
+def placed(part: MeshPart, matrices: Doubles, names: Sequence[str] = ()) -> MeshPart:
+    """`part` once for each of `matrices` (instance, 4, 4), its fronts outside under those that mirror.
+
+    names: of the objects that its instances are, where these are not all that of `part`.
+    """
     count, vertices = len(matrices), len(part.positions)
     triangles = np.repeat(part.triangles[None], count, axis=0) + np.arange(count)[:, None, None] * vertices
     flipped = mirrored(matrices)
@@ -27,6 +31,8 @@ def placed(part: MeshPart, matrices: Doubles) -> MeshPart:
         normals=normals,
         uvs=tuple(np.tile(np.asarray(uv, np.float64), (count, 1)) for uv in part.uvs),
         colors=None if part.colors is None else np.tile(np.asarray(part.colors, np.float64), (count, 1)),
+        objects=tuple(names) or part.objects,
+        vertex_object=np.repeat(np.arange(count), vertices) if names else None,
     )
 
 

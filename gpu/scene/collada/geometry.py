@@ -18,11 +18,12 @@ from gpu.scene.validate import check_count, check_indices
 
 @dataclass
 class _Use:
-    """A geometry with what its materials are, and where it is used."""
+    """A geometry with what its materials are, and where and as what it is used."""
 
     geometry: Element
     bindings: dict[str, Binding]
     matrices: list[Doubles] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
 
 
 class Meshes:
@@ -42,7 +43,9 @@ class Meshes:
             if tag == "geometry":
                 bindings = bindings_of(self._document, instance.element)
                 key = (found, *sorted(bindings.items()))
-                self._uses.setdefault(key, _Use(found, bindings)).matrices.append(matrix)
+                use = self._uses.setdefault(key, _Use(found, bindings))
+                use.matrices.append(matrix)
+                use.names.append(instance.node)
                 return
             self._document.remarks.add("skinned and morphed meshes are shown as they are without", instance.node)
             skin = found.find("skin")
@@ -65,7 +68,7 @@ class Meshes:
                 part = self._part(corners, use.bindings)
                 triangles += len(part.triangles) * len(use.matrices)
                 check_count(source, "triangles", triangles, limits.max_triangles, "max_triangles")
-                found.append(placed(part, np.stack(use.matrices)))
+                found.append(placed(part, np.stack(use.matrices), use.names))
         return found
 
     def _part(self, corners: Corners, bindings: dict[str, Binding]) -> MeshPart:

@@ -20,7 +20,9 @@ _COUNTS = {"matrix": 16, "translate": 3, "rotate": 4, "scale": 3, "skew": 7, "lo
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One use of a geometry, controller, light or camera. element: what uses it; to_world: 4×4, the file's axes."""
+    """One use of a geometry, controller, light or camera. element: what uses it; to_world: 4×4, the file's axes; node:
+    what that is called where it is used, else what is used.
+    """
 
     element: Element
     to_world: Doubles
@@ -55,7 +57,9 @@ def _contents(document: Document, node: Element) -> Contents[tuple[Element, str]
             matrix = matrix @ _transform(document, child, name)
     used = (document.find(child.get("url"), "node") for child in node.findall("instance_node"))
     inner = [*node.findall("node"), *(found for found in used if found is not None)]
-    shown = [(child, name) for child in node if child.tag in _SHOWN]
+    shown = [
+        (child, _said_name(node) or (child.get("url") or name).lstrip("#")) for child in node if child.tag in _SHOWN
+    ]
     return [(matrix, leaf) for leaf in shown], [(matrix, found) for found in inner]
 
 
@@ -71,7 +75,11 @@ def _scene(document: Document) -> Element:
 
 
 def _name(node: Element) -> str:
-    return node.get("name") or node.get("id") or "node"
+    return _said_name(node) or "node"
+
+
+def _said_name(node: Element) -> str | None:
+    return node.get("name") or node.get("id")
 
 
 def _transform(document: Document, element: Element, node: str) -> Doubles:

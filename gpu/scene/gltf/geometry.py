@@ -46,7 +46,7 @@ class Geometry:
                     name = node.entry.name(mesh.name(mesh.path))
                     for part, body in self._node_parts(node, mesh, placed):
                         moves = body if self._moves(body) else None
-                        yield replace(in_world(part, body, pose), object=name, body=moves)
+                        yield replace(in_world(part, body, pose), objects=(name,), body=moves)
 
     def _moves(self, body: Body) -> bool:
         nodes = [body.node] if body.skin is None else body.skin.joints.tolist()

@@ -28,6 +28,7 @@ class Meshes:
         found = self._model.resource(key)
         assert found is not None
         name, source = f"object {found.get('name') or key[1]}", str(self._model.path)
+        objects = (found.get("name") or name,)
         elements = found.findall("mesh/triangles/triangle")
         positions = self._rows(found.iterfind("mesh/vertices/vertex"), ("x", "y", "z"), f"{name}: vertices")
         corners = whole(self._rows(iter(elements), ("v1", "v2", "v3"), f"{name}: triangles"))
@@ -48,6 +49,7 @@ class Meshes:
                     colors=surface.colors,
                     material=surface.material,
                     name=name,
+                    objects=objects,
                 )
 
     def _rows(self, elements: Iterator[Element], names: tuple[str, ...], place: str) -> Doubles:

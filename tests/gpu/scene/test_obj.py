@@ -5,8 +5,11 @@ import pytest
 from PIL import Image
 
 from gpu.errors import SceneError
+from gpu.scene.gltf.writing import glb_of
 from gpu.scene.limits import DEFAULT_LIMITS
+from gpu.scene.load import load_scene
 from gpu.scene.obj import load_obj
+from gpu.scene.obj_statements import MOST_OBJECTS
 from gpu.scene.types import Scene
 
 
@@ -168,3 +171,40 @@ def test_what_is_broken_beside_the_geometry_is_left_out_with_a_sentence(tmp_path
         "statement 'curv'",
     ):
         assert sentence in said
+
+
+ROOM = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wood\nf 1 2 3\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "objects"),
+    [
+        (ROOM + "usemtl iron\nf 1 2 3\n", ("wood", "iron")),
+        ("f 1 2 3\no Chair\n" + ROOM + "usemtl iron\nf 1 2 3\no Table\nf 1 2 3\n", ("default", "Chair", "Table")),
+        ("g default\n" + ROOM + "g Seat  Leg\nusemtl iron\nf 1 2 3\n", ("default", "Seat Leg")),
+    ],
+)
+def test_names_are_objects_and_where_there_are_none_materials(
+    tmp_path: Path, text: str, objects: tuple[str, ...]
+) -> None:
+    scene = load(tmp_path, text)
+    assert scene.objects == objects
+    (tmp_path / "again.glb").write_bytes(glb_of(scene))
+    assert load_scene(tmp_path / "again.glb").objects == objects
+
+
+def test_an_object_has_all_its_materials(tmp_path: Path) -> None:
+    scene = load(tmp_path, "o Chair\n" + ROOM + "usemtl iron\nf 1 2 3\no Table\nf 1 2 3\no Chair\nf 1 2 3\n")
+    owners = scene.vertex_object[scene.triangles]
+    assert (owners == owners[:, :1]).all()
+    chair = owners[:, 0] == scene.objects.index("Chair")
+    names = [scene.materials[number].name for number in scene.triangle_material]
+    assert sorted(zip(chair.tolist(), names, strict=True)) == [
+        (False, "iron"), (True, "iron"), (True, "iron"), (True, "wood"),
+    ]  # fmt: skip
+
+
+def test_groups_of_a_few_faces_each_are_no_objects(tmp_path: Path) -> None:
+    scene = load(tmp_path, ROOM + "".join(f"g {number}\nf 1 2 3\n" for number in range(MOST_OBJECTS)))
+    assert scene.objects == ("wood",)
+    assert "has more than 10,000 names of objects or groups: its materials are its objects" in scene.report.ignored

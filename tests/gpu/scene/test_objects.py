@@ -21,7 +21,8 @@ def scene() -> Scene:
 
 def test_meshes_of_one_name_are_one_object_and_those_without_vertices_none() -> None:
     used = np.array([True, True, False, False, True, True, True])
-    ids, numbers = numbered(["a", "gone", "b", "", "a"], [2, 2, 1, 1, 1], used)
+    meshes = [(("a",), [0, 0]), (("gone",), [0, 0]), (("b", ""), [0, 1]), (("a",), [0])]
+    ids, numbers = numbered(((names, np.array(own)) for names, own in meshes), used)
     assert ids == ("a", "b", "object")
     assert numbers.tolist() == [0, 0, 1, 2, 0]
 

@@ -35,3 +35,12 @@ def test_a_part_placed_twice() -> None:
     assert np.array_equal(twice.positions[3:], [[4, 0, 0], [5, 1, 0], [5, 0, 1]])
     assert np.allclose(twice.normals, (0, 0, 1))
     assert [len(uv) for uv in twice.uvs] == [6]
+
+
+def test_instances_that_have_names_are_objects_of_their_own() -> None:
+    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), name="chair")
+    matrices = np.stack([np.eye(4)] * 2)
+    assert placed(part, matrices).owners[0] == ("chair",)
+    names, own = placed(part, matrices, ["left", "right"]).owners
+    assert names == ("left", "right")
+    assert own.tolist() == [0, 0, 0, 1, 1, 1]

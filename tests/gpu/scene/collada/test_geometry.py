@@ -13,6 +13,7 @@ from gpu.scene.types import Scene
 
 RED = effect("<lambert><diffuse><color>1 0 0 1</color></diffuse></lambert>")
 GREEN = "0 1 0 1  0 1 0 1  0 1 0 1  0 1 0 0.5"
+NAMES = {0: 'name="left" id="a"', 300: 'id="right"', 600: ""}
 L_SHAPE = "0 0 0  200 0 0  200 100 0  100 100 0  100 200 0  0 200 0"
 
 
@@ -35,6 +36,13 @@ def test_instances_in_centimetres_with_z_up(tmp_path: Path) -> None:
     assert len(scene.triangles) == 4
     assert [material.name for material in scene.materials] == ["Red"]
     assert scene.report.ignored == ()
+
+
+def test_objects_are_called_as_the_nodes_that_use_geometries_else_as_these(tmp_path: Path) -> None:
+    named = [f"<node {name}><translate>{x} 0 0</translate>{use(bound=BOUND)}</node>" for x, name in NAMES.items()]
+    scene = load(tmp_path, dae(named, libraries=RED))
+    assert scene.objects == ("left", "right", "g")
+    assert [float(low) for low in scene.object_boxes[0][:, 0]] == pytest.approx([0.0, 3.0, 6.0])
 
 
 def test_a_concave_polygon_is_as_that_of_an_obj_file(tmp_path: Path) -> None:

@@ -28,6 +28,13 @@ def test_triangles_look_outwards(tmp_path: Path) -> None:
     assert (np.einsum("tc,tc->t", outwards, corners.mean(axis=1) - centre) > 0).all()
 
 
+def test_objects_keep_their_names(tmp_path: Path) -> None:
+    bodies = f'<object id="1" name="hook">{mesh()}</object><object id="7">{mesh()}</object>'
+    both = '<components><component objectid="1"/><component objectid="7"/></components>'
+    (tmp_path / "a.3mf").write_bytes(threemf(model(f'{bodies}<object id="9">{both}</object>', '<item objectid="9"/>')))
+    assert load_threemf(tmp_path / "a.3mf").objects == ("hook", "object 7")
+
+
 def test_triangles_have_their_own_properties_or_those_of_the_object(tmp_path: Path) -> None:
     triangles = ('pid="5" p1="0"', "", 'pid="5" p1="9"', 'p1="0"')
     body = f'<object id="1" pid="5" pindex="1">{mesh(10.0, triangles)}</object>'
