@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from gpu.scene.gltf.written_materials import material_entry
+from gpu.scene.gltf.written_materials import back_of, material_entry
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Scene, Texture, Wrap
 
 _FLOAT, _UINT = 5126, 5125
@@ -37,6 +37,9 @@ class _Writer:
         self._binary = bytearray()
         self._views: list[dict[str, Any]] = []
         self._accessors: list[dict[str, Any]] = []
+        backs = {number: back for number, it in enumerate(scene.materials) if (back := back_of(it))}
+        self._backs = {number: len(scene.materials) + place for place, number in enumerate(backs)}
+        self._materials = [*scene.materials, *backs.values()]
 
     def file(self) -> bytes:
         scene = self._scene
@@ -60,7 +63,7 @@ class _Writer:
             material_entry(
                 replace(it, thickness=it.thickness * factor, attenuation_distance=it.attenuation_distance * factor)
             )
-            for it in scene.materials
+            for it in self._materials
         ]
         document = {
             "asset": {"version": "2.0", "generator": "lumenwalk"},
@@ -81,7 +84,7 @@ class _Writer:
         return _glb({name: part for name, part in document.items() if part not in ([], {})}, bytes(self._binary))
 
     def _meshes(self) -> Iterator[dict[str, Any]]:
-        """A mesh an object that is there, of a primitive a material."""
+        """A mesh an object that is there, of a primitive a material, and one more where it has a back."""
         scene = self._scene
         names = scene.objects or (scene.name,)
         owner = (
@@ -98,18 +101,21 @@ class _Writer:
                     yield mesh
                 last = int(owners[start])
                 mesh = {"name": names[last], "primitives": []}
-            mesh["primitives"].append(self._primitive(scene.triangles[order[start:end]], int(materials[start])))
+            material, triangles = int(materials[start]), scene.triangles[order[start:end]]
+            mesh["primitives"].append(self._primitive(triangles, material))
+            if material in self._backs:
+                mesh["primitives"].append(self._primitive(triangles[:, ::-1], self._backs[material], side=-1.0))
         if mesh is not None:
             yield mesh
 
-    def _primitive(self, triangles: NDArray[np.int32], material: int) -> dict[str, Any]:
+    def _primitive(self, triangles: NDArray[np.int32], material: int, side: float = 1.0) -> dict[str, Any]:
         scene = self._scene
         used, indices = np.unique(triangles, return_inverse=True)
         positions = (scene.vertices[used].astype(np.float64) / scene.placement.scale).astype(np.float32)
         box = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
         attributes = {
             "POSITION": self._accessor(positions, "VEC3", box),
-            "NORMAL": self._accessor(scene.normals[used], "VEC3"),
+            "NORMAL": self._accessor(np.float32(side) * scene.normals[used], "VEC3"),
         }
         for number, uvs in enumerate(scene.uvs):
             attributes[f"TEXCOORD_{number}"] = self._accessor(uvs[used], "VEC2")

@@ -1,5 +1,6 @@
 """Materials as glTF has them: metallic-roughness, with the extensions that gpu.scene.gltf.materials reads."""
 
+from dataclasses import replace
 from math import atan2, hypot, isinf
 from typing import Any
 
@@ -8,6 +9,25 @@ from gpu.scene.types import AlphaMode, Material, TextureSlot
 _ALPHA_MODES = {AlphaMode.OPAQUE: "OPAQUE", AlphaMode.MASK: "MASK", AlphaMode.BLEND: "BLEND"}
 _IDENTITY = TextureSlot(0).transform
 _PLAIN = Material()
+
+
+def back_of(material: Material) -> Material | None:
+    """What is on the dark side of a lamp whose file does not tell sides, since glTF has no lamp that is seen from both
+    and shines to its front alone.
+
+    None where nothing is, as of glass and of what is there in part: it would be so twice.
+    """
+    whole = material.transmission == 0.0 and material.alpha_mode is not AlphaMode.BLEND
+    if material.double_sided is not None or not material.emits or not whole:
+        return None
+    return replace(
+        material,
+        name=f"{material.name} (back)",
+        emission=(0.0, 0.0, 0.0),
+        emission_slot=None,
+        double_sided=False,
+        stays_light=False,
+    )
 
 
 def material_entry(material: Material) -> dict[str, Any]:
@@ -26,7 +46,7 @@ def material_entry(material: Material) -> dict[str, Any]:
         "emissiveFactor": [value / strength for value in material.emission],
         **_info("emissiveTexture", material.emission_slot),
         "alphaMode": _ALPHA_MODES[material.alpha_mode],
-        # Where a file did not tell, both sides are seen, but the front alone is a light.
+        # Where a file did not tell, both sides are seen, but the front alone is a light: `back_of` has the other.
         "doubleSided": material.double_sided or (material.double_sided is None and not material.emits),
         "extensions": _extensions(material, strength),
     }

@@ -9,8 +9,11 @@ from scenes import quad, scene_of
 
 from gpu.scene.camera import look_at
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
+from gpu.scene.emitted_power import emitted_power
 from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
+from gpu.scene.normals import area_vectors
+from gpu.scene.parts import lights_of
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Texture, TextureSlot, Wrap
 
 CHECKS = Texture(
@@ -128,3 +131,19 @@ def test_cameras_look_as_they_did(scene: Scene, tmp_path: Path) -> None:
         assert (one.name, one.orthographic) == (other.name, other.orthographic)
         assert (one.half_height, one.aspect) == pytest.approx((other.half_height, other.aspect))
         np.testing.assert_allclose(one.to_world, other.to_world, atol=1e-9)
+
+
+def test_a_lamp_whose_file_tells_no_sides_is_seen_from_behind_and_stays_dark_there(tmp_path: Path) -> None:
+    lamp = Material("lamp", (0.5, 0.25, 1.0, 1.0), emission=(4.0, 2.0, 1.0), emission_slot=TextureSlot(0))
+    made = scene_of([replace(quad((0, 0, 0), (1, 0, 0), (0, 1, 0)), name="panel")], [lamp], textures=(CHECKS,))
+    read = read_again(made, tmp_path)
+    assert read.objects == ("panel",)
+    front, back = read.materials
+    assert (front.emission, front.double_sided) == (lamp.emission, False)
+    assert (back.base_color, back.emits, back.double_sided) == (lamp.base_color, False, False)
+    assert back.emission_slot is None
+    sides = area_vectors(read.vertices.astype(np.float64), read.triangles)
+    assert (np.sign(sides[:, 2]) == np.where(read.triangle_material == 0, 1.0, -1.0)).all()
+    assert (np.sign(read.normals[read.triangles[:, 0], 2]) == np.sign(sides[:, 2])).all()
+    assert [part.id for part in lights_of(read)] == ["lamp"]
+    assert emitted_power(read).sum() == pytest.approx(emitted_power(made).sum())

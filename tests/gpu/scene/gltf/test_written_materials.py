@@ -1,7 +1,10 @@
+from dataclasses import replace
+from typing import Any
+
 import pytest
 
-from gpu.scene.gltf.written_materials import material_entry
-from gpu.scene.types import Material, TextureSlot
+from gpu.scene.gltf.written_materials import back_of, material_entry
+from gpu.scene.types import AlphaMode, Material, TextureSlot
 
 
 def test_a_plain_material_says_little() -> None:
@@ -81,3 +84,14 @@ def test_glass_says_how_deep_light_goes() -> None:
     dark = material_entry(Material(transmission=1.0, thickness=0.1, attenuation_distance=0.02, ior=1.3))["extensions"]
     assert dark["KHR_materials_volume"]["attenuationDistance"] == 0.02
     assert dark["KHR_materials_ior"] == {"ior": 1.3}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [{"double_sided": True}, {"double_sided": False}, {"emission": (0.0, 0.0, 0.0)}, {"transmission": 0.5},
+     {"alpha_mode": AlphaMode.BLEND}, {"unlit": True}],
+)  # fmt: skip
+def test_lamps_alone_that_tell_no_sides_have_a_back_of_its_own(told: dict[str, Any]) -> None:
+    lamp = Material("lamp", emission=(1.0, 1.0, 1.0))
+    assert back_of(lamp) == Material("lamp (back)", double_sided=False)
+    assert back_of(replace(lamp, **told)) is None
