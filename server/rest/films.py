@@ -5,16 +5,16 @@ import asyncio
 from fastapi import APIRouter, Request, Response
 from pydantic import ConfigDict, Field
 
-from gpu.scene.builtin import BUILTIN
 from server.errors import WITH_BODY, refusals
 from server.render.films import Film
 from server.rest.jobs import JobInfo, describe
 from server.rest.requests import PictureRequest
-from server.service import Service, TheService
+from server.rest.scene_parts import check_info, info_of
+from server.service import TheService
 from server.video.film_file import check_film
 from server.video.film_settings import FILM_TYPE, FilmSettings
 from server.wire.camera_path import CameraPathSpec
-from server.wire.worker import Render, SceneRef
+from server.wire.worker import Render
 
 router = APIRouter(prefix="/api/v1/films", responses=refusals())
 
@@ -49,16 +49,10 @@ async def add(wanted: FilmRequest, service: TheService, request: Request, respon
     edits = service.edits_of(scene, wanted.edits)
     render = Render(service.number(), scene, views[0], wanted.size, settings, "rgb", edits=edits)
     service.check_cost(render, frames, len(views))
-    film = Film(views, wanted.film, service.settings.job_results_bytes, await _animations(service, scene))
+    info = await info_of(service, scene)
+    check_info(info, views[0], wanted.edits)
+    animations = {animation.id: animation.seconds for animation in info.animations}
+    film = Film(views, wanted.film, service.settings.job_results_bytes, animations)
     told = describe(service.jobs.add(render, frames, FILM_TYPE, film), request)
     response.headers["Location"] = told.url
     return told
-
-
-async def _animations(service: Service, scene: SceneRef) -> dict[str, float]:
-    """How long each animation of a scene lasts [s], by id; a file is read for that if nobody has asked for it yet."""
-    if scene.source in BUILTIN:
-        motion = (await asyncio.to_thread(BUILTIN[scene.source])).motion
-        return {} if motion is None else {animation.id: animation.seconds for animation in motion.animations}
-    checked = await service.residency.inspect(scene)
-    return {animation.id: animation.seconds for animation in checked.info.animations}

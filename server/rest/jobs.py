@@ -11,6 +11,7 @@ from server.jobs import ENDED, JobState, RenderJob
 from server.refusals import NotYetError
 from server.rest.negotiate import MEDIA_TYPES
 from server.rest.requests import RenderRequest
+from server.rest.scene_parts import check_parts
 from server.rest.server_sent_events import MEDIA_TYPE, event, event_stream
 from server.service import TheService
 from server.video.film_settings import FILM_TYPE
@@ -71,6 +72,7 @@ async def add(wanted: JobRequest, service: TheService, request: Request, respons
     edits, frames = service.edits_of(scene, wanted.edits), wanted.frames()[0]
     render = wanted.render(service.number(), scene, output, edits)
     service.check_cost(render, frames)
+    await check_parts(service, scene, render.view, wanted.edits)
     job = service.jobs.add(render, frames, media_type)
     told = describe(job, request)
     response.headers["Location"] = told.url

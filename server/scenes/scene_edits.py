@@ -11,6 +11,14 @@ from server.wire.worker import SceneRef
 MOST_EDITED = 64  # scenes whose edits are remembered; those that were not changed for longest are forgotten
 
 
+def editable(info: SceneInfo) -> Editable:
+    """What can be edited of a scene that is described."""
+    objects = {it.id: (it.box.min, it.box.max) for it in info.objects}
+    lights, materials = {light.id: light.form for light in info.lights}, {it.id: it for it in info.materials}
+    animations = [animation.id for animation in info.animations]
+    return Editable(lights, materials, objects, (info.bounds.min, info.bounds.max), animations)
+
+
 class EditedScenes:
     """The edits of each scene, those that viewers have of their own, and who is to be told of changes. A file that
     changes, or is read otherwise, is another scene.
@@ -55,11 +63,7 @@ class EditedScenes:
         UserError, which names the field, for what it has not or cannot be: then nothing changes.
         """
         edits = patched(self.of(scene, viewer), patch)
-        objects = {it.id: (it.box.min, it.box.max) for it in info.objects}
-        bounds = info.bounds.min, info.bounds.max
-        lights, materials = {light.id: light.form for light in info.lights}, {it.id: it for it in info.materials}
-        animations = [animation.id for animation in info.animations]
-        check(edits, Editable(lights, materials, objects, bounds, animations))
+        check(edits, editable(info))
         if viewer is not None and self.is_own(scene, viewer):
             self._own[viewer] = scene, edits
         else:

@@ -1,17 +1,11 @@
-import asyncio
 import io
 import sys
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from gradient_worker import SLOW_SEED
 from harness import Running
-
-from server.rest.films import _animations
-from server.wire.browser import AnimationInfo
-from server.wire.worker import SceneRef
 
 pytest.importorskip("av", reason="the extra video is not installed")
 FILMS = "/api/v1/films"
@@ -21,6 +15,11 @@ IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 def path(*times: float) -> dict[str, Any]:
     """Keyframes along x, a metre a second."""
     return {"keyframes": [{"time": t, "camera": {"matrix": [*IDENTITY[:12], t, 0, 0, 1]}} for t in times]}
+
+
+def along(camera: str) -> dict[str, Any]:
+    """From the scene's first camera to another of its own."""
+    return {"keyframes": [{"time": 0, "camera": 0}, {"time": 1, "camera": camera}]}
 
 
 def film(**fields: Any) -> dict[str, Any]:
@@ -54,6 +53,8 @@ def test_a_film_is_a_job_whose_result_plays(running: Running) -> None:
         ({"film": {"codec": "gif"}}, "film.codec: must be 'h264' or 'av1'"),
         ({"settings": {"samples": 65}}, "settings.samples: 65 is more than this server's limit of 64"),
         ({"camera": 0}, "camera: is not known here"),
+        ({"path": along("attic")}, "keyframes[1].camera: cornell-box has no camera 'attic'; it has 0 ("),
+        ({"edits": {"objects": {"sofa": {}}}}, "objects.sofa: the scene has no such object; it has "),
     ],
 )
 def test_what_is_wrong_is_named(running: Running, fields: dict[str, Any], words: str) -> None:
@@ -84,12 +85,3 @@ def test_without_pyav_the_extra_is_named(running: Running, monkeypatch: pytest.M
     response = running.http.post(FILMS, json=film())
     assert response.status_code == 422
     assert response.json()["message"] == "video needs the extra video: pip install lumenwalk[video]"
-
-
-def test_how_long_animations_last_is_read_from_files() -> None:
-    async def inspect(scene: SceneRef) -> SimpleNamespace:
-        return SimpleNamespace(info=SimpleNamespace(animations=(AnimationInfo(id="walk", seconds=2.0),)))
-
-    service: Any = SimpleNamespace(residency=SimpleNamespace(inspect=inspect))
-    assert asyncio.run(_animations(service, SceneRef("hall.glb", "/scenes/hall.glb"))) == {"walk": 2.0}
-    assert asyncio.run(_animations(service, SceneRef("cornell-box", "cornell-box"))) == {}

@@ -71,6 +71,18 @@ def test_a_failed_job_says_why(running: Running) -> None:
     assert "wrong one" in running.http.get(f"{job['url']}/result").json()["message"]
 
 
+def test_a_camera_or_part_that_a_file_lacks_is_refused_at_once(running: Running) -> None:
+    for wanted, words in (
+        ({"camera": "attic"}, "camera: rooms/hall.glb has no camera 'attic'; it has 0 (front)"),
+        ({"camera": 1}, "camera: rooms/hall.glb has no camera 1; it has 0 (front)"),
+        ({"edits": {"lights": {"moon": {"on": False}}}}, "lights.moon: the scene has no such light; it has none"),
+    ):
+        response = running.http.post(JOBS, json={"size": [16, 8], "scene": "rooms/hall.glb"} | wanted)
+        assert (response.status_code, response.json()["message"]) == (422, words)
+    job = running.ended(post(running, scene="rooms/hall.glb", camera="front"))
+    assert job["state"] == "done"
+
+
 def test_more_jobs_than_may_wait_are_turned_away(serve: Callable[..., Running]) -> None:
     running = serve(max_jobs=1)
     job = post(running, settings={"frames": 50, "seed": SLOW_SEED})

@@ -6,10 +6,12 @@ import pytest
 from gpu.errors import UserError
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.load import load_scene
-from server.scenes.view_camera import camera_path, view_camera
+from server.scenes.scene_info import MOST_CAMERAS, describe_scene
+from server.scenes.view_camera import camera_path, check_view, view_camera
 from server.wire.worker import AlongPath, CameraMatrix, LookAt, SceneCamera
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+LOOKING = LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), None, 90.0)
 
 
 def test_views_become_cameras() -> None:
@@ -56,3 +58,16 @@ def test_a_keyframe_that_the_scene_lacks_is_named() -> None:
     path = AlongPath(((0.0, SceneCamera(0)), (1.0, SceneCamera("attic"))), 0.0)
     with pytest.raises(UserError, match=r"^keyframes\[1\]\.camera: .* no camera 'attic'; it has 0 \("):
         camera_path(load_scene("cornell-box"), path, (10, 10))
+
+
+def test_a_camera_that_is_not_listed_is_missed_before_the_scene_is_there() -> None:
+    scene = load_scene("cornell-box")
+    info = describe_scene("box", scene)
+    there = AlongPath(((0.0, SceneCamera(0)), (1.0, SceneCamera(scene.cameras[0].name)), (2.0, LOOKING)), 0.0)
+    check_view(info, there)
+    for wrong in ("attic", 9, "0"):
+        with pytest.raises(UserError, match=rf"^camera: box has no camera {wrong!r}; it has 0 \("):
+            check_view(info, SceneCamera(wrong))
+    with pytest.raises(UserError, match=r"^keyframes\[1\]\.camera: box has no camera 'attic'"):
+        check_view(info, AlongPath(((0.0, SceneCamera(0)), (1.0, SceneCamera("attic"))), 0.0))
+    check_view(info.model_copy(update={"cameras": info.cameras * MOST_CAMERAS}), SceneCamera("attic"))
