@@ -25,7 +25,7 @@ from tests.load.options import parser as load_parser
 from tests.server.test_imports import FLOOR
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docker").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docker").glob("*.md")])
 WRITTEN = [page for page in PAGES if not page.name.startswith(("results", "options"))]
 # What was tried names files, too; the page of results has it as it is.
 NAMING = [*WRITTEN, *ROOT.glob("tests/bench/results/*/tried.md")]

@@ -1,7 +1,7 @@
 """A walk comes to rest: no part of the picture brightens or darkens much from its last frame to the mean at rest.
 
 Direct light of a small picture, in few samples: lamps' edges and dark corners differ most. What else does is in
-docs/figures.md.
+docs/history/rest.md.
 """
 
 import numpy as np
