@@ -1,5 +1,6 @@
 """Faces of OBJ files as mesh parts: polygons cut, corners made vertices, normals of smoothing groups."""
 
+from array import array
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,12 @@ from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.normals import smooth_normals
-from gpu.scene.obj_statements import MOST_OBJECTS, ObjFile, row_line
+from gpu.scene.obj_statements import MOST_OBJECTS, WIDTHS, ObjFile, row_line
 from gpu.scene.outlines import covered, usable_positions
 from gpu.scene.remarks import Remarks
-from gpu.scene.types import Doubles, Integers
+from gpu.scene.types import Doubles, Integers, Ints
+
+_MOST_KEY = 1 << 62  # of rows that are told apart by one number
 
 
 class ObjParts:
@@ -19,75 +22,96 @@ class ObjParts:
 
     def __init__(self, file: ObjFile, text: str, remarks: Remarks) -> None:
         """Raises SceneError naming the line of a face whose corner does not exist, or of a v that is not finite."""
-        self._remarks = remarks
-        self._corners = np.array(file.corners, np.int64).reshape(-1, 3)
-        _check_corners(file, self._corners)
+        self._remarks, self._faces = remarks, file.faces
+        _check_corners(file)
+        corners = [_corners(faces.corners) for faces in file.faces.values()]
+        used = np.concatenate(corners) if corners else np.empty((0, 3), np.int32)
         self._positions = usable_positions(
             file.source,
             file.table("v"),
-            self._corners[:, 0],
+            used[:, 0],
             remarks,
             lambda row: f"line {row_line(text, 'v', row)}: v",
         )
         self._normals = self._with_none(
-            file.table("vn"), 2, "normals that are not finite: the geometric ones were taken", np.nan
+            file.table("vn"), used[:, 2], "normals that are not finite: the geometric ones were taken", np.nan
         )
-        uvs = self._with_none(file.table("vt"), 1, "texture coordinates that are not finite: 0 0 was taken", 0.0)
+        uvs = self._with_none(
+            file.table("vt"), used[:, 1], "texture coordinates that are not finite: 0 0 was taken", 0.0
+        )
         # v = 0 is the bottom of an OBJ texture, the top of a glTF one.
         self._uvs = uvs * (1.0, -1.0) + (0.0, 1.0) if file.count("vt") else None
         self.colors = linear_colors(np.array(file.colors).reshape(-1, 3), remarks) if file.colors else None
-        self._faces = file.faces
         self._objects = _object_names(file, remarks)
 
     def parts(self, materials: dict[str, int]) -> list[MeshPart]:
         """A part or two for each material and smoothing group; materials: the number of each name."""
         found = []
-        for (material, smoothing), (corners, counts, owners) in self._faces.items():
-            ids = np.array(corners, np.int64)
-            cut = covered(self._positions, self._corners[ids, 0], np.array(counts, np.int64), self._remarks)
-            triangles = ids[cut.triangles]
-            starts = np.cumsum([0, *counts[:-1]])
-            shaded = (np.minimum.reduceat(self._corners[ids, 2], starts) >= 0)[cut.polygons]
-            own = np.array(owners, np.int64)[cut.polygons]
+        for (material, smoothing), faces in self._faces.items():
+            corners, counts = _corners(faces.corners), np.array(faces.counts, np.int64)
+            cut = covered(self._positions, corners[:, 0], counts, self._remarks)
+            shaded = (np.minimum.reduceat(corners[:, 2], np.cumsum(counts) - counts) >= 0)[cut.polygons]
+            owners = np.array(faces.owners)[cut.polygons]
             for some, smooth in ((shaded, True), (~shaded, smoothing > 0)):
                 if some.any():
-                    part = self._part(triangles[some], own[some], smooth)
+                    part = self._part(corners[cut.triangles[some]], owners[some], smooth)
                     found.append(replace(part, material=materials[material], name=material or "faces"))
         return found
 
-    def _with_none(self, rows: Doubles, column: int, sentence: str, instead: float) -> Doubles:
-        """`rows` with `instead` of what is not finite, and a last one, that of corners without any."""
-        broken = np.any(~np.isfinite(rows), axis=1)
-        used = np.zeros(len(rows), bool)
-        used[self._corners[self._corners[:, column] >= 0, column]] = True
-        self._remarks.add_count(sentence, int((broken & used).sum()))
-        return np.concatenate([np.where(broken[:, None], instead, rows), np.full((1, rows.shape[1]), instead)])
+    def _with_none(self, rows: Doubles, used: Ints, sentence: str, instead: float) -> Doubles:
+        """`rows` with `instead` of what is not finite, and a last one, that of corners without any.
 
-    def _part(self, triangles: Integers, owners: Integers, smooth: bool) -> MeshPart:
-        """A part of `triangles` (triangle, 3) of corners, which are of the objects `owners` (triangle,); without
+        used: which of them corners have, −1 for none.
+        """
+        broken = np.append(np.any(~np.isfinite(rows), axis=1), False)
+        if broken.any():
+            there = np.zeros(len(broken), bool)
+            there[used] = True
+            self._remarks.add_count(sentence, int((broken & there).sum()))
+        rows = np.concatenate([rows, np.full((1, rows.shape[1]), instead)])
+        return np.where(broken[:, None], instead, rows)
+
+    def _part(self, corners: Ints, owners: Ints, smooth: bool) -> MeshPart:
+        """A part of triangles with these corners (triangle, 3, 3), of the objects `owners` (triangle,); without
         `smooth` its normals are those of its triangles.
         """
-        if not self._objects:
-            owners = np.zeros_like(owners)
-        ids, own = np.unique(owners, return_inverse=True)
-        used, compact = np.unique(own[:, None] * len(self._corners) + triangles, return_inverse=True)
-        vertex_object, corners = np.divmod(used, len(self._corners))
-        v, vt, vn = self._corners[corners].T
+        names, own = np.unique(owners if self._objects else np.zeros_like(owners), return_inverse=True)
+        rows = np.concatenate([np.repeat(own, 3)[:, None], corners.reshape(-1, 3)], axis=1)
+        first, vertices = _distinct(rows)
+        vertex_object, v, vt, vn = rows[first].T
         normals = None
         if smooth:
             normals = self._normals[vn]
             if (vn < 0).any():
-                summed = smooth_normals(self._positions, self._corners[triangles, 0])
+                summed = smooth_normals(self._positions, corners[:, :, 0])
                 normals = np.where((vn < 0)[:, None], summed[v], normals)
         return MeshPart(
             positions=self._positions[v],
-            triangles=compact.reshape(-1, 3),
+            triangles=vertices.reshape(-1, 3),
             normals=normals,
             uvs=() if self._uvs is None else (self._uvs[vt],),
             colors=None if self.colors is None else self.colors[v],
-            objects=tuple(self._objects[number] for number in ids) if self._objects else (),
+            objects=tuple(self._objects[number] for number in names) if self._objects else (),
             vertex_object=vertex_object,
         )
+
+
+def _corners(listed: "array[int]") -> Ints:
+    """v, vt and vn of corners (corner, 3), counted from 0, −1 for none."""
+    return np.frombuffer(listed, np.int32).reshape(-1, 3)
+
+
+def _distinct(rows: Integers) -> tuple[Integers, Integers]:
+    """Of `rows` (row, column), each −1 or more, which are the first of their kind, and of which kind each is."""
+    key, range_ = np.zeros(len(rows), np.int64), 1
+    for column in rows.T:
+        size = int(column.max()) + 2
+        if range_ * size > _MOST_KEY:
+            kinds, key = np.unique(key, return_inverse=True)
+            range_ = len(kinds)
+        key, range_ = key * size + column + 1, range_ * size
+    _, first, kind = np.unique(key, return_index=True, return_inverse=True)
+    return first, kind
 
 
 def _object_names(file: ObjFile, remarks: Remarks) -> list[str]:
@@ -98,11 +122,17 @@ def _object_names(file: ObjFile, remarks: Remarks) -> list[str]:
     return [name or "default" for name in file.objects] if any(file.objects) else []
 
 
-def _check_corners(file: ObjFile, corners: Integers) -> None:
+def _check_corners(file: ObjFile) -> None:
     """Raise SceneError for the first corner whose v, vt or vn is not in the file."""
-    missing = corners >= [file.count(key) for key in file.rows]
-    if missing.any():
-        corner, column = np.argwhere(missing)[0]
-        key = list(file.rows)[column]
-        problem = f"{key} index '{corners[corner, column] + 1}' does not exist, there are {file.count(key)}"
-        raise SceneError(file.source, f"line {file.lines[corner]}", problem)
+    there, problems = [file.count(key) for key in WIDTHS], dict[int, str]()
+    for faces in file.faces.values():
+        corners = _corners(faces.corners)
+        missing = corners >= there
+        if missing.any():
+            corner, column = np.argwhere(missing)[0]
+            line = faces.lines[int(np.searchsorted(np.cumsum(faces.counts), corner, "right"))]
+            key = list(WIDTHS)[column]
+            problems[line] = f"{key} index '{corners[corner, column] + 1}' does not exist, there are {there[column]}"
+    if problems:
+        line = min(problems)
+        raise SceneError(file.source, f"line {line}", problems[line])
