@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits
+from gpu.scene.text import without_mark
 from server.wire.browser import ScenePatch, describe
 from server.wire.scene_patch import patched
 
@@ -13,7 +14,7 @@ from server.wire.scene_patch import patched
 def read_edits(path: Path) -> SceneEdits:
     """The edits in the file `path`; raises UserError where it cannot be read, or names the field that is wrong."""
     try:
-        return patched(NO_EDITS, ScenePatch.model_validate_json(path.read_bytes()))
+        return patched(NO_EDITS, ScenePatch.model_validate_json(without_mark(path.read_bytes())))
     except OSError as error:
         raise UserError(f"--edit: {path}: cannot be read: {error.strerror}") from None
     except ValidationError as error:

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from gpu.errors import UserError
 from gpu.scene.camera_path import CameraPath
+from gpu.scene.text import without_mark
 from gpu.scene.types import Scene
 from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
 from server.images import check_folder, check_output
@@ -59,7 +60,7 @@ def read_path(file: Path) -> CameraPathSpec:
     if len(content) > MAX_PATH_BYTES:
         raise UserError(f"--path: {file}: is larger than the {MAX_PATH_BYTES} bytes of a camera path")
     try:
-        return CameraPathSpec.model_validate_json(content)
+        return CameraPathSpec.model_validate_json(without_mark(content))
     except ValidationError as error:
         raise UserError(f"--path: {file}: {describe(error)}") from None
 

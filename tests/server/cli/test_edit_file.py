@@ -13,6 +13,13 @@ def test_a_file_of_edits_is_read(tmp_path: Path) -> None:
     assert read_edits(path) == SceneEdits(lights={"lamp": LightEdit(on=False)})
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_editors_may_mark_its_encoding(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "edits.json"
+    path.write_text('{"lights": {"Küche": {"on": false}}}', encoding=encoding)
+    assert read_edits(path) == SceneEdits(lights={"Küche": LightEdit(on=False)})
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -139,6 +139,12 @@ def test_a_path_file_is_read_with_care(tmp_path: Path) -> None:
             read_path(file)
 
 
+def test_editors_may_mark_the_encoding_of_a_path(path: Path) -> None:
+    plain = read_path(path)
+    path.write_text(path.read_text(), encoding="utf-16")
+    assert read_path(path) == plain
+
+
 @pytest.mark.parametrize(
     ("pattern", "name"), [("a-%04d.png", "a-0012.png"), ("%d.exr", "12.exr"), ("x/%02d.b.png", "12.b.png")]
 )
