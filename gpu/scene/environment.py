@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import OpenEXR
 
 from gpu.errors import ImageError
 from gpu.scene.default_light import without_default_light
 from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.exr_picture import read_exr
 from gpu.scene.radiance_hdr import read_radiance
 from gpu.scene.types import Environment, Floats, Scene
 
@@ -50,7 +49,7 @@ def read_environment(path: Path) -> Floats:
     except OSError as error:
         raise ImageError(f"{path}: cannot be read: {error.strerror}") from error
     hdr = path.suffix.lower() == ".hdr"
-    pixels = read_radiance(content, str(path), MOST_PIXELS) if hdr else _read_exr(path)
+    pixels = read_radiance(content, str(path), MOST_PIXELS) if hdr else read_exr(path, MOST_PIXELS)
     height, width = pixels.shape[:2]
     if width != 2 * height:
         raise ImageError(f"{path}: is {width} x {height}; an equirectangular picture is twice as wide as high")
@@ -58,22 +57,6 @@ def read_environment(path: Path) -> Floats:
     if not pixels.any():
         raise ImageError(f"{path}: is all black, so it gives no light")
     return _at_most(np.ascontiguousarray(pixels, np.float32), _WIDEST)
-
-
-def _read_exr(path: Path) -> Floats:
-    try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            window: Any = file.header()["dataWindow"]
-            width, height = (int(high) - int(low) + 1 for low, high in zip(*window, strict=True))
-            channels = {name: channel.pixels for name, channel in file.channels().items()}
-    except Exception as error:  # OpenEXR raises whatever it likes on broken files
-        raise ImageError(f"{path}: is no OpenEXR picture that can be read") from error
-    names = next((names for names in (("R", "G", "B"), ("Y",) * 3) if set(names) <= set(channels)), None)
-    if names is None or any(channels[name] is None for name in names):
-        raise ImageError(f"{path}: has no readable channels R, G and B")
-    if not 0 < height * width <= MOST_PIXELS:
-        raise ImageError(f"{path}: has {width} x {height} pixels; at most {MOST_PIXELS:,} are read; make it smaller")
-    return np.stack([channels[name] for name in names], axis=-1).astype(np.float32)
 
 
 def _at_most(pixels: Floats, width: int) -> Floats:
