@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gpu.errors import SceneError
+from gpu.errors import SceneError, brief
 from gpu.scene.assemble import MeshPart
 from gpu.scene.ifc.styles import Styles
 from gpu.scene.limits import SceneLimits
@@ -14,6 +14,7 @@ from gpu.scene.transforms import placed
 from gpu.scene.validate import check_count
 
 _NAMED = 3
+_MOST_NAME = 30  # of a product's name within the id of its object, which has 80 characters
 
 
 @dataclass
@@ -76,6 +77,9 @@ class Geometry:
         triangles = np.frombuffer(mesh.faces_buffer, np.int32).reshape(-1, 3)
         styles = np.frombuffer(mesh.material_ids_buffer, np.int32)
         materials = [self.styles.number(style) for style in mesh.materials]
+        place, name = f"{element.type} {element.guid}", (element.name or "").strip()
+        # Names of products may be those of their type: with what tells them apart, each is an object.
+        objects = (f"{brief(name, _MOST_NAME)} ({place})",) if name else ()
         to_world = np.array(element.transformation.matrix).reshape(1, 4, 4).transpose(0, 2, 1)
         for style in np.unique(styles):
             used, corners = np.unique(triangles[styles == style], return_inverse=True)
@@ -84,7 +88,7 @@ class Geometry:
                 corners.reshape(-1, 3).astype(np.int32),
                 normals[used],
                 material=materials[style],
-                name=f"{element.type} {element.guid}",
+                name=place,
             )
             part = placed(part, to_world)
             yield MeshPart(
@@ -93,4 +97,5 @@ class Geometry:
                 part.normals,
                 material=part.material,
                 name=part.name,
+                objects=objects,
             )

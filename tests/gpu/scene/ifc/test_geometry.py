@@ -4,6 +4,7 @@ from ifc_file import House
 
 from gpu.scene.ifc.geometry import Geometry
 from gpu.scene.limits import DEFAULT_LIMITS
+from gpu.scene.parts import MOST_ID
 
 geom = pytest.importorskip("ifcopenshell.geom", reason="the extra ifc is not installed")
 
@@ -42,3 +43,16 @@ def test_a_mapped_item_is_placed_where_it_is_used() -> None:
 
 def test_no_products_are_no_parts() -> None:
     assert Geometry("a.ifc", geom, House().model, DEFAULT_LIMITS).parts([]) == []
+
+
+def test_products_of_one_name_are_objects_of_their_own() -> None:
+    house = House()
+    walls = [house.block("IfcWall", (100.0, 100.0, 100.0), (0.0, 0.0, low)) for low in (0.0, 200.0, 400.0)]
+    walls[0].Name = walls[1].Name = "Basic wall: brick and render, 365 mm, both sides"
+    parts = Geometry("a.ifc", geom, house.model, DEFAULT_LIMITS).parts(walls)
+    names = [part.owners[0][0] for part in parts]
+    assert names == [
+        *(f"Basic wall: brick and render,… (IfcWall {wall.GlobalId})" for wall in walls[:2]),
+        f"IfcWall {walls[2].GlobalId}",
+    ]
+    assert all(len(name) <= MOST_ID for name in names)
