@@ -20,6 +20,10 @@ _NAME = re.compile(r"[^\n]*?(?=\bfacet\s+normal\s+[-+.\d]|\n|\Z)")
 _COMMENT = re.compile(r"^\s*(?:#|;|//)[^\n]*", re.MULTILINE)
 _KEYWORDS = {"facet", "vertex", "endfacet"}
 _TRIANGLE = ["facet", "vertex", "vertex", "vertex", "endfacet"]
+_POINT = r"(?:\s++[-+]?+(?:\d++\.?+\d*+|\.\d++)(?:e[-+]?+\d++)?+){3}+"
+_CORNERS = rf"outer\s++loop(?:\s++vertex{_POINT}){{3}}+\s++endloop"
+_USUAL = re.compile(rf"(?:\s*+facet\s++normal{_POINT}\s++{_CORNERS}\s++endfacet)*+\s*+", re.ASCII)
+_WORDS = ("endfacet", "facet", "normal", "outer", "endloop", "loop", "vertex")  # of such facets, the longer before
 
 
 def read_stl(source: str, content: bytes, remarks: Remarks) -> MeshPart:
@@ -64,6 +68,9 @@ def _ascii(source: str, text: str, remarks: Remarks) -> MeshPart:
     text = "\n".join([first, *(_NAME.sub("", piece, count=1) for piece in named)])
     if any(mark in text for mark in "#;/"):
         text = _COMMENT.sub("", text)
+    if _USUAL.fullmatch(text):
+        facets = _usual_facets(text)
+        return _part(source, facets[:, 1:].reshape(-1, 3), np.full(len(facets), 3), facets[:, 0], remarks)
     words = text.split()
     if "end" in words:
         words = re.sub(r"\bend\s+(?=facet|loop)", "end", text).split()
@@ -74,6 +81,13 @@ def _ascii(source: str, text: str, remarks: Remarks) -> MeshPart:
     corners = _triples(source, words, [place for place in places if words[place] == "vertex"])
     normals = _triples(source, words, [place + 1 for place in places if words[place] == "facet"])
     return _part(source, corners, counts, normals, remarks)
+
+
+def _usual_facets(text: str) -> Doubles:
+    """The normal and the corners (facet, 4, 3) of facets of three corners that are written as most programs do."""
+    for word in _WORDS:
+        text = text.replace(word, " ")
+    return np.fromstring(text, sep=" ").reshape(-1, 4, 3)
 
 
 def _corner_counts(source: str, keywords: list[str]) -> Integers:
