@@ -12,7 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic, perf_counter
 from typing import TypeVar
@@ -22,7 +22,7 @@ import warp as wp
 from gpu.core.device import choose_device
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.features import SceneFeatures
-from gpu.errors import OutOfMemoryError, SceneError, UserError
+from gpu.errors import OutOfMemoryError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
@@ -183,10 +183,9 @@ class GpuBackend:
             report(f"reading {ref.id}", 0.0)
             built_in = ref.source in BUILTIN
             scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start, packed)
-            scene = with_environment(scene, self._start.environment)
+            scene = replace(with_environment(scene, self._start.environment), name=ref.id)  # all that viewers know
             report(f"building {ref.id}", 0.5)
-            with _named(ref):
-                loaded = build(ref, scene, self._device)
+            loaded = build(ref, scene, self._device)
             report("compiling kernels, which the first time takes a minute", 0.8)
             if late := warm_up_soon(loaded.device_scene, RenderSettings()):
                 loaded = with_kernels(loaded, late)
@@ -226,8 +225,7 @@ class GpuBackend:
     def _edited(
         self, loaded: LoadedScene, edits: SceneEdits, report: Report, before: LoadedScene | None
     ) -> LoadedScene:
-        with _named(loaded.ref):
-            state = edit(loaded, edits, before)
+        state = edit(loaded, edits, before)
         features = state.features(lambertian=False)
         if features not in self._warm | {loaded.features(lambertian=False)}:
             self._warm.add(features)
@@ -319,15 +317,6 @@ class GpuBackend:
         samples, target = frame.stats.counts["frames"], sample_counts_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
-
-
-@contextmanager
-def _named(ref: SceneRef) -> Iterator[None]:
-    """Viewers know ids, not what a scene calls itself."""
-    try:
-        yield
-    except SceneError as error:
-        raise SceneError(ref.id, error.field, error.problem) from None
 
 
 if __name__ == "__main__":

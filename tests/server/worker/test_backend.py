@@ -13,6 +13,7 @@ from unittest.mock import create_autospec
 import numpy as np
 import pytest
 import simplejpeg
+from glb_file import TRIANGLE_GLB
 from harness import IDENTITY, run
 from PIL import Image
 
@@ -356,6 +357,13 @@ def test_an_error_of_a_scene_names_its_id_not_its_path(backend: GpuBackend, tmp_
     with pytest.raises(UserError, match=r"^hall\.glb: ") as caught:
         backend.open(SceneRef("hall.glb", str(tmp_path / "secret.glb")), silent)
     assert str(tmp_path) not in str(caught.value)
+
+
+def test_an_error_of_a_picture_names_its_scene_by_its_id(backend: GpuBackend, tmp_path: Path) -> None:
+    (tmp_path / "secret.glb").write_bytes(TRIANGLE_GLB)
+    hall = SceneRef("hall.glb", str(tmp_path / "secret.glb"))
+    with pytest.raises(UserError, match=r"^camera: hall\.glb has no camera 'attic'"):
+        backend.render(job(view=SceneCamera("attic"), scene=hall), silent)
 
 
 @pytest.mark.parametrize("camera", [99, "nowhere"])
