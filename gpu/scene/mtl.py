@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gpu.scene.files import read_bytes
 from gpu.scene.limits import SceneLimits
-from gpu.scene.mtl_maps import MapFiles
+from gpu.scene.mtl_maps import MapFiles, MapImage, is_normal_map
 from gpu.scene.mtl_statements import MtlMaterial, read_materials
 from gpu.scene.remarks import Remarks
 from gpu.scene.text import decoded, uncommented
@@ -17,6 +17,7 @@ DEFAULT_MATERIAL = Material(name="default", base_color=(0.8, 0.8, 0.8, 1.0), spe
 
 _LIBRARY = re.compile(r"\S.*?\.mtl(?=\s|$)", re.IGNORECASE)
 _USED = {"kd", "ke", "ks", "ns", "ni", "d", "tr", "pr", "pm", "map_kd", "map_ke", "map_d", "map_pr", "map_pm", "norm"}
+_USED |= {"map_bump", "bump"}
 # What these say without changing anything: the usual model of light, no ambient light, a filter that lets all through.
 _NEUTRAL = {"illum": (2.0,), "ka": (0.0, 0.0, 0.0), "tf": (1.0, 1.0, 1.0)}
 
@@ -31,8 +32,9 @@ class MaterialLibrary:
 
     def __init__(self, scene: Path, limits: SceneLimits, remarks: Remarks) -> None:
         self._maps = MapFiles(scene, limits, remarks)
-        self._limits, self._remarks = limits, remarks
+        self._scene, self._limits, self._remarks = scene, limits, remarks
         self._defined: dict[str, tuple[MtlMaterial, Path]] = {}
+        self._done: set[Path] = set()
 
     @property
     def textures(self) -> list[Texture]:
@@ -42,13 +44,18 @@ class MaterialLibrary:
     def read(self, names: str) -> None:
         """Add the materials of the libraries `names`, what follows an mtllib: one or several, with spaces or without.
 
-        A missing one is said; of materials of one name the first counts. Raises SceneError for one outside the folder.
+        Instead of a missing one that of the scene's own name is read, as of files that were renamed, and either is
+        said; of materials of one name the first counts. Raises SceneError for one outside the folder.
         """
         for name in self._libraries(names):
             path = self._maps.find(name, "mtllib")
             if path is None:
-                self._remarks.add(f"material library {name} is missing: its surfaces are grey")
+                path = self._maps.find(f"{self._scene.stem}.mtl", "mtllib")
+                instead = f"{path.name} was read" if path is not None else "its surfaces are grey"
+                self._remarks.add(f"material library {name} is missing: {instead}")
+            if path is None or path in self._done:
                 continue
+            self._done.add(path)
             for material in read_materials(path.name, decoded(read_bytes(path, self._limits)), self._remarks):
                 if self._defined.setdefault(material.name, (material, path))[0] is not material:
                     self._remarks.add(f"material {material.name} is defined twice: the first counts")
@@ -129,10 +136,22 @@ class MaterialLibrary:
                 metallic=1.0 if metal and not said.has("pm") else material.metallic,
                 metallic_roughness_slot=self._maps.rough_metal_slot(rough, metal),
             )
-        if normal := self._maps.image(said, "norm", path):
+        if normal := self._normals(said, path):
             slot = self._maps.data_slot(normal)
             material = replace(material, normal_slot=slot, normal_scale=normal.statement.bump)
         return material
+
+    def _normals(self, said: MtlMaterial, path: Path) -> MapImage | None:
+        """The map of normals, else that of bumps where it is one, as Blender and others write it; heights are none."""
+        found = self._maps.image(said, "norm", path)
+        for key in filter(said.has, ("map_bump", "bump")):
+            bumps = self._maps.image(said, key, path) if found is None else None
+            if bumps is not None and is_normal_map(bumps.pixels):
+                self._remarks.add(f"a {key} of MTL materials that has the colours of a normal map was taken as one")
+                found = bumps
+            else:
+                self._remarks.add(f"{key} of MTL materials is not supported and was ignored")
+        return found
 
 
 def _numbers_of(value: str) -> tuple[float, ...] | None:

@@ -16,6 +16,8 @@ from gpu.scene.remarks import Remarks
 from gpu.scene.text import uncommented
 from gpu.scene.types import Bytes, Texture, TextureSlot, Wrap
 
+_LOOKED_AT = 256  # pixels along a side
+
 
 @dataclass(frozen=True, eq=False)
 class MapImage:
@@ -131,6 +133,16 @@ class MapFiles:
             self.textures.append(Texture(laid.path.name, pixels(), srgb, wrap, wrap))
             self._numbers[key] = len(self.textures) - 1
         return TextureSlot(self._numbers[key], transform=laid.transform)
+
+
+def is_normal_map(pixels: Bytes) -> bool:
+    """Whether colours (height, width, 4) are directions, nearly all of unit length and mostly outwards, as of a
+    tangent-space normal map (glTF 2.0, 3.9.3); heights, which are grey, are none.
+    """
+    step = max(max(pixels.shape[:2]) // _LOOKED_AT, 1)
+    directions = pixels[::step, ::step, :3].reshape(-1, 3) / 127.5 - 1.0
+    lengths = np.linalg.norm(directions, axis=1)
+    return bool(np.mean(np.abs(lengths - 1.0) < 0.2) > 0.9 and directions[:, 2].mean() > 0.5)
 
 
 def _opacity(mask: MapImage) -> Bytes:

@@ -150,7 +150,7 @@ def test_a_name_that_is_defined_twice_is_said(tmp_path: Path) -> None:
     assert remarks.sentences() == (
         "scene.mtl: line 1: a statement before the first newmtl was ignored",
         "material a is defined twice: the first counts",
-        "material library b.mtl is missing: its surfaces are grey",
+        "material library b.mtl is missing: scene.mtl was read",
     )
 
 
@@ -159,3 +159,30 @@ def test_what_leaves_the_folder_is_refused(tmp_path: Path) -> None:
         MaterialLibrary(tmp_path / "scene.obj", DEFAULT_LIMITS, Remarks()).read("../scene.mtl")
     with pytest.raises(SceneError, match=r"scene.mtl: line 2: '\.\./\.\./x\.png' is outside"):
         material(tmp_path, "map_Kd ../../x.png")
+
+
+@pytest.mark.parametrize(
+    ("color", "says"),
+    [
+        ((128, 128, 255), "a map_bump of MTL materials that has the colours of a normal map was taken as one"),
+        ((128, 128, 128), "map_bump of MTL materials is not supported and was ignored"),
+        ((255, 255, 255), "map_bump of MTL materials is not supported and was ignored"),
+    ],
+)
+def test_a_bump_map_counts_where_it_is_a_normal_map(tmp_path: Path, color: tuple[int, int, int], says: str) -> None:
+    Image.new("RGB", (4, 4), color).save(tmp_path / "n.png")
+    remarks = Remarks()
+    bumpy = material(tmp_path, "map_Bump -bm 0.5 n.png", remarks)
+    assert (bumpy.normal_slot is not None, bumpy.normal_scale) == ((True, 0.5) if "taken" in says else (False, 1.0))
+    assert remarks.sentences() == (says,)
+
+
+def test_instead_of_a_missing_library_that_of_the_scenes_name_is_read_once(tmp_path: Path) -> None:
+    remarks = Remarks()
+    read = library(tmp_path, "newmtl one\nKd 1 0 0\n", remarks)
+    read.read("untitled.mtl")
+    read.read("scene.mtl")
+    assert remarks.sentences() == ("material library untitled.mtl is missing: scene.mtl was read",)
+    lost = MaterialLibrary(tmp_path / "other.obj", DEFAULT_LIMITS, remarks)
+    lost.read("gone.mtl")
+    assert "material library gone.mtl is missing: its surfaces are grey" in remarks.sentences()

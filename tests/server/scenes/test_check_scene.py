@@ -165,7 +165,7 @@ def test_of_absolute_paths_the_last_part_is_sought_beside_the_scene(folder: Path
     )
     [(answer, paths)] = watched(folder / "a.obj")
     assert {
-        f"material library {secrets[0]} is missing: its surfaces are grey",
+        f"material library {secrets[0]} is missing: a.mtl was read",
         "mtllib: '/home/me/a.mtl' was read from 'a.mtl' beside the scene",
         f"texture {secrets[1]} is missing",
     } <= set(answer["info"]["notes"])
