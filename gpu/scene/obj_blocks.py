@@ -12,7 +12,7 @@ import numpy as np
 from gpu.scene.text import logical_lines
 from gpu.scene.types import Doubles, Integers
 
-LEAST = 32
+LEAST = 12
 """Lines of a block: fewer are sooner read one by one."""
 _MOST = 1 << 16  # so that what is made of one stays small
 _WHITE, _NUMBER, _INDEX = r"[ \t]++", r"[-+.0-9eE]++", r"-?+[0-9]{1,9}+"
@@ -22,6 +22,7 @@ _CORNERS = {
     (0, 2): f"{_INDEX}//{_INDEX}",
     (0,): _INDEX,
 }
+_ROWS = (("v", 3), ("v", 6), ("vt", 2), ("vt", 3), ("vn", 3))
 
 
 def _run(key: str, word: str, count: str) -> re.Pattern[str]:
@@ -29,11 +30,11 @@ def _run(key: str, word: str, count: str) -> re.Pattern[str]:
     return re.compile(rf"(?:{key}(?:{_WHITE}{word}){{{count}}}+[ \t]*+\n){{1,{_MOST}}}+")
 
 
-_ROWS = {
-    (key, count): _run(key, _NUMBER, str(count)) for key, counts in {"v": (3, 6), "vt": (2, 3), "vn": (3,)}.items()
-    for count in counts
-}  # fmt: skip
-_FACES = {columns: _run("f", corner, "3,") for columns, corner in _CORNERS.items()}
+_FORMS = [
+    *(("f", 0, columns, _run("f", corner, "3,")) for columns, corner in _CORNERS.items()),
+    *((key, width, (), _run(key, _NUMBER, str(width))) for key, width in _ROWS),
+]
+_OTHERS = re.compile(r"(?:[^fv\n\\][^\n\\]*+\n)++")  # lines that are neither of these nor go on in the next
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,16 @@ def blocks(text: str) -> Iterator[Block]:
     """All of `text` in blocks, in order."""
     at = begin = 0
     place = first = 1  # the numbers of the lines there
+    forms = {letter: [form for form in _FORMS if form[0][0] == letter] for letter in "fv"}
     while at < len(text):
-        found = _known_form(text, at, place)
+        found = _known_form(text, at, place, forms.get(text[at], []))
         known = found is not None and found.count >= LEAST
         if at > begin and (known or place - first >= _MOST):
             yield Block(first, place - first, text[begin:at])
             begin, first = at, place
         if found is None:
-            end = _line_end(text, at)
+            others = _OTHERS.match(text, at)
+            end = others.end() if others else _line_end(text, at)
             at, place = end, place + max(text.count("\n", at, end), 1)
             continue
         at, place = at + len(found.text), place + found.count
@@ -97,16 +100,14 @@ def blocks(text: str) -> Iterator[Block]:
         yield Block(first, place - first, text[begin:])
 
 
-def _known_form(text: str, at: int, place: int) -> Block | None:
-    """The lines from `at` on that all have the form of the first; None where that is of no form that is known."""
-    if text.startswith("f", at):
-        for columns, form in _FACES.items():
-            if match := form.match(text, at):
-                return Block(place, match[0].count("\n"), match[0], "f", columns=columns)
-    elif text.startswith("v", at):
-        for (key, width), form in _ROWS.items():
-            if match := form.match(text, at):
-                return Block(place, match[0].count("\n"), match[0], key, width)
+def _known_form(
+    text: str, at: int, place: int, forms: list[tuple[str, int, tuple[int, ...], re.Pattern[str]]]
+) -> Block | None:
+    """The lines from `at` on that all have the first of `forms` that fits, which then comes first; None without one."""
+    for index, (key, width, columns, pattern) in enumerate(forms):
+        if match := pattern.match(text, at):
+            forms.insert(0, forms.pop(index))
+            return Block(place, match[0].count("\n"), match[0], key, width, columns)
     return None
 
 

@@ -79,9 +79,9 @@ def test_many_lines_at_once_say_what_they_do_one_by_one(corner: str) -> None:
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        ("v 1 2 3.4.5\n", "line 33: v needs 3 numbers"),
-        ("f 1 2 0\n", "line 33: v index '0' does not exist, so far 32"),
-        ("f 1 2 -33\n", "line 33: v index '-33' does not exist, so far 32"),
+        ("v 1 2 3.4.5\n", f"line {LEAST + 1}: v needs 3 numbers"),
+        ("f 1 2 0\n", f"line {LEAST + 1}: v index '0' does not exist, so far {LEAST}"),
+        (f"f 1 2 -{LEAST + 1}\n", f"line {LEAST + 1}: v index '-{LEAST + 1}' does not exist, so far {LEAST}"),
     ],
 )
 def test_a_broken_line_among_many_is_named(lines: str, says: str) -> None:
