@@ -55,7 +55,7 @@ def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
 
 def warm_up_for(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
     """Compile what `warm_up` would load on GPUs of this compute capability times ten, wherever the scene is."""
-    compile_for([*imported_kernels(), *frame_kernels(device_scene, settings)], architecture, BLOCK)
+    compile_for([*imported_kernels(), *frame_kernels(device_scene.as_on_gpus(), settings)], architecture, BLOCK)
 
 
 def compiles_beside(device: wp.Device) -> bool:

@@ -25,7 +25,8 @@ class SceneFeatures:
     around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells; specular: as `has_specular` tells;
     frosted: glass that scatters what goes through, or is in part something else; coats: clear ones over other
     surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
-    films: thin ones, which have colours.
+    films: thin ones, which have colours; constants: whether kernels are told by constants what none of these is
+    (gpu.device_scene.specialisation), as those for GPUs are.
     """
 
     masks: bool = True
@@ -45,6 +46,7 @@ class SceneFeatures:
     focus: bool = True
     sheen: bool = True
     films: bool = True
+    constants: bool = True
 
     @property
     def lobes(self) -> bool:
@@ -134,9 +136,11 @@ def has_several_lamps(scene: Scene) -> bool:
     return bool(triangles + (scene.sky is not None) + lights > ONE_LAMP)
 
 
-def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False, assume_textures: bool = False,
-                   assume_gloss: bool = False) -> SceneFeatures:  # fmt: skip
-    """What `scene` has, and what is to be assumed of it. lambertian: its surfaces are opaque and Lambertian."""
+def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, assume_alpha: bool = False,
+                   assume_textures: bool = False, assume_gloss: bool = False) -> SceneFeatures:  # fmt: skip
+    """What `scene` has, and what is to be assumed of it. lambertian: its surfaces are opaque and Lambertian; constants:
+    as of SceneFeatures.
+    """
     materials = scene.materials
     masks = any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
     gloss = not lambertian and any(_glossy(material) for material in materials)
@@ -158,4 +162,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         focus=not lambertian and any(casts_by_lobe(material) for material in materials),
         sheen=not lambertian and any(material.has_sheen for material in materials),
         films=not lambertian and any(material.has_film for material in materials),
+        constants=constants,
     )

@@ -18,12 +18,20 @@ from gpu.device_scene.surface import Surface
 # What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
 LOOK = ("masks", "alpha", "textures", "sheen", "films")
 
+# What kernels are told by constants alone. The compiler for CPUs follows these into few functions: kernels for scenes
+# without it are no faster there, and those for all scenes are compiled once.
+TOLD_BY_CONSTANTS = (
+    "masks", "alpha", "textures", "gloss", "glass", "panes", "one_sided", "backdrop", "environment"
+)  # fmt: skip
+
 Rest = TypeVarTuple("Rest")
 KernelMaker = Callable[[SceneFeatures, *Rest], wp.Kernel]
 
 
 def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
-    """Have one kernel made for all scenes that do not differ in these features; of the others it has all."""
+    """Have one kernel made for all scenes that do not differ in these features; of the others it has all, and of those
+    that are told by constants, too, where there are to be none.
+    """
 
     def decorate(make: KernelMaker[*Rest]) -> KernelMaker[*Rest]:
         @cache
@@ -32,7 +40,9 @@ def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
 
         @wraps(make)
         def narrowed(features: SceneFeatures, *rest: *Rest) -> wp.Kernel:
-            return kernel_of(tuple(getattr(features, name) for name in names), *rest)
+            all_told = {} if features.constants else dict.fromkeys(TOLD_BY_CONSTANTS, True)
+            told = replace(features, **all_told)
+            return kernel_of(tuple(getattr(told, name) for name in names), *rest)
 
         return narrowed
 

@@ -144,13 +144,15 @@ def _srgb_decode() -> np.ndarray:
 class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
-    general: whether renderers of it take it for one that may have everything, so that they launch general kernels.
+    general: whether renderers of it take it for one that may have everything, so that they launch general kernels;
+    constants: as of SceneFeatures.
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
     panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist,
     SceneError where so many triangles overlap that rays would take too long.
     """
 
     general: bool
+    constants: bool
     data: SceneData
     _material_rows: np.ndarray
 
@@ -165,6 +167,7 @@ class DeviceScene:
         # Of vertices and triangles, those that other scenes have, too, in the same arrays, with what goes with them.
         self._lent: frozenset[str] = frozenset()
         self.device = choose_device(device)
+        self.constants = bool(self.device.is_cuda) if lender is None else lender.constants
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
         numbers = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
         self.triangle_order: Ints = numbers
@@ -202,6 +205,12 @@ class DeviceScene:
         other.general = general
         return other
 
+    def as_on_gpus(self) -> DeviceScene:
+        """The same scene, in the same arrays, for which kernels are made as for GPUs, wherever it is."""
+        other = copy(self)
+        other.constants, other._features = True, {}
+        return other
+
     def features(self, *, lambertian: bool, **assumed: bool) -> SceneFeatures:
         """What is told to all kernels that renderers of it launch, and arrays that they allocate: what it has, and what
         is `assumed` of it (scene_features). There are no general kernels for scenes that are taken for Lambertian.
@@ -209,7 +218,9 @@ class DeviceScene:
         has = self.own_features(lambertian=lambertian)
         if self.general and not lambertian:
             return features_of_any(has)
-        return scene_features(self.scene, lambertian=lambertian, **assumed) if any(assumed.values()) else has
+        if not any(assumed.values()):
+            return has
+        return scene_features(self.scene, lambertian=lambertian, constants=self.constants, **assumed)
 
     def edited(self, scene: Scene, *, in_place: bool = False) -> DeviceScene:
         """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
@@ -279,7 +290,7 @@ class DeviceScene:
     def own_features(self, *, lambertian: bool) -> SceneFeatures:
         """What it has (gpu.device_scene.features), looked for once."""
         if lambertian not in self._features:
-            self._features[lambertian] = scene_features(self.scene, lambertian=lambertian)
+            self._features[lambertian] = scene_features(self.scene, lambertian=lambertian, constants=self.constants)
         return self._features[lambertian]
 
     def _groups(self) -> dict[str, tuple[int, int]]:

@@ -107,7 +107,7 @@ def compiled(module: wp.Module, architecture: int = HOPPER) -> list[KernelCode]:
 def main(arguments: list[str]) -> None:
     scene, method, *which = arguments
     settings = RenderSettings(method=Method(method))
-    device_scene = DeviceScene(load_scene(scene), "cpu").generalised(general=which == ["general"])
+    device_scene = DeviceScene(load_scene(scene), "cpu").as_on_gpus().generalised(general=which == ["general"])
     for module in dict.fromkeys(kernel.module for kernel in frame_kernels(device_scene, settings)):
         began = perf_counter()
         kernels = compiled(module)

@@ -6,7 +6,6 @@ from scenes import column
 
 from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.illumination import Illumination
@@ -67,7 +66,7 @@ def read_at(places: Floats, surface: DeviceScene, albedo: float, light: Illumina
     clusters.normal = clusters.geometric_normal = column(np.tile((0.0, -1.0, 0.0), (count, 1)), wp.vec3)
     clusters.spacing.fill_(1.0)
     gather = FinalGather(clusters, 1, light, build_light_table(surface), bounces=0)
-    features = scene_features(surface.scene, lambertian=True)
+    features = surface.features(lambertian=True)
     seen = surface.view(lambertian=True), wp.zeros(1, dtype=int, device=device), features
     gather.trace(*seen)
     gather.read(*seen)

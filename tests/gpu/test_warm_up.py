@@ -9,7 +9,6 @@ from scenes import box, grey, quad, resident_of
 
 import gpu.warm_up as module
 from gpu.core import device as launches
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
@@ -19,7 +18,7 @@ from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
-from gpu.warm_up import frame_kernels, warm_up, warm_up_soon
+from gpu.warm_up import frame_kernels, warm_up, warm_up_for, warm_up_soon
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
@@ -55,7 +54,7 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
 
 def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
     device_scene = resident_of(box(), [grey(0.5, emission=1.0)])  # many lamps, of which large pictures learn
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.features(lambertian=False)
     kernels = frame_kernels(device_scene, SETTINGS)
     assert {direct_light_kernel(features, learnt) for learnt in (False, True)} <= kernels
 
@@ -63,11 +62,20 @@ def test_kernels_of_small_and_of_large_pictures_are_known() -> None:
 def test_kernels_that_make_light_are_known_before_any_is_launched(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else each would be compiled when light is traced, while a viewer waits for the first picture."""
     device_scene, launched = resident_of(box(), [grey(0.5, emission=1.0)]), list[str]()
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.features(lambertian=False)
     monkeypatch.setattr(launches, "_launch_on_cpu", lambda kernel, *_: launched.append(kernel.key))
     kernels = frame_kernels(device_scene, SETTINGS)
     assert light_path_kernel(features, False) in kernels
     assert not launched
+
+
+def test_kernels_compiled_for_gpus_are_those_of_gpus(cpu: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    device_scene, compiled = DeviceScene(BUILTIN["cornell-box"](), cpu), set[wp.Kernel]()
+    monkeypatch.setattr(module, "compile_for", lambda kernels, *_: compiled.update(kernels))
+    warm_up_for(90, device_scene, SETTINGS)
+    there, here = (scene.features(lambertian=False) for scene in (device_scene.as_on_gpus(), device_scene))
+    assert direct_light_kernel(there, False) in compiled
+    assert direct_light_kernel(here, False) not in compiled
 
 
 def test_a_scene_that_sends_no_light_on_has_kernels() -> None:

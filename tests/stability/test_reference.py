@@ -20,7 +20,6 @@ from scipy import ndimage, stats
 from gpu.core.device import CORES
 from gpu.core.image_size import image_size
 from gpu.core.parameters import parameters
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.path_tracing import PathSamples, path_kernel
 from gpu.gbuffer.camera_rays import CameraData, camera_data
@@ -59,7 +58,7 @@ def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, pa
     camera = wp.array([camera_data(device_scene.scene.cameras[0], device_scene.scene.placement, width / height)],
                       dtype=CameraData, device=device_scene.device)  # fmt: skip
     inputs = [scene, table, camera, image_size((width, height)), paths, mean]
-    kernel = path_kernel(scene_features(device_scene.scene, lambertian=lambertian))
+    kernel = path_kernel(device_scene.features(lambertian=lambertian))
 
     def trace(row: int) -> None:
         wp.launch(kernel, dim=width, inputs=[row * width, *inputs], device=device_scene.device)

@@ -30,7 +30,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
+    nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False) | {"constants": True})
     assert scene_features(bare, lambertian=False) == nothing
     for name, more in (("alpha", ("masks",)), ("textures", ()), ("gloss", ())):
         assumed = replace(nothing, **dict.fromkeys((name, *more), True))

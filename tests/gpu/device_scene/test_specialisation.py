@@ -12,7 +12,7 @@ from gpu.device_scene.specialisation import made_for, masks_of, specialisation, 
 from gpu.device_scene.surface import Surface
 from gpu.scene.types import AlphaMode, Material
 
-NOTHING = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
+NOTHING = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False) | {"constants": True})
 
 
 @made_for("masks", "gloss")
@@ -28,6 +28,11 @@ def told_kernel(features: SceneFeatures, offset: int) -> wp.Kernel:
         found[3] = scene.pane_count
 
     return told_kernel
+
+
+@made_for("sheen")
+def shaped_kernel(features: SceneFeatures, offset: int) -> wp.Kernel:
+    return told_kernel(features, offset + int(features.sheen))
 
 
 def told(features: SceneFeatures) -> list[int]:
@@ -48,6 +53,12 @@ def test_scenes_that_do_not_differ_in_it_have_one_kernel() -> None:
     assert told_kernel(EVERYTHING, 0) is told_kernel(replace(EVERYTHING, panes=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(replace(EVERYTHING, gloss=False), 0)
     assert told_kernel(EVERYTHING, 0) is not told_kernel(EVERYTHING, 1)
+
+
+def test_without_constants_scenes_that_differ_in_what_only_these_tell_have_one_kernel() -> None:
+    bare = replace(NOTHING, constants=False)
+    assert told_kernel(bare, 0) is told_kernel(EVERYTHING, 0) is not told_kernel(NOTHING, 0)
+    assert shaped_kernel(bare, 0) is shaped_kernel(NOTHING, 0) is not shaped_kernel(EVERYTHING, 0)
 
 
 @pytest.mark.parametrize("features", [EVERYTHING, NOTHING])

@@ -157,7 +157,7 @@ def test_what_a_scene_has_is_looked_for_again_where_an_edit_may_change_it() -> N
     moved = state(lights={"point": LightEdit(position=(0.0, 0.1, 0.0))})
     assert moved.features(lambertian=False) is known
     rough = state(materials={"default": MaterialEdit(metallic=1.0, roughness=0.0)})
-    assert rough.features(lambertian=False) == scene_features(rough.scene, lambertian=False) != known
+    assert rough.features(lambertian=False) == scene_features(rough.scene, lambertian=False, constants=False) != known
 
 
 def test_what_edits_leave_as_it_was_is_shared() -> None:
@@ -194,6 +194,16 @@ def test_what_moves_shares_triangles_and_takes_no_others() -> None:
     assert np.array_equal(base.data.triangles.numpy(), base.scene.triangles)
     turned = base.edited(replace(base.scene, normals=-base.scene.normals))
     assert np.array_equal(turned.data.normals.numpy(), -base.data.normals.numpy())
+
+
+def test_kernels_are_told_by_constants_what_a_scene_is_not_on_gpus_alone() -> None:
+    own = resident_of([FLOOR, WALL], [grey(0.5), grey(0.5)])
+    told = own.as_on_gpus()
+    assert told.data is own.data
+    changed = replace(own.scene, materials=(grey(0.2), grey(0.5)))
+    for scene, constants in ((own, False), (told, True), (own.edited(changed), False), (told.edited(changed), True)):
+        for choice in ({"lambertian": False}, {"lambertian": True}, {"lambertian": False, "assume_gloss": True}):
+            assert scene.features(**choice) == scene_features(scene.scene, **choice, constants=constants)
 
 
 def test_a_general_scene_is_the_same_in_the_same_arrays_and_so_are_edits_of_it() -> None:

@@ -8,7 +8,7 @@ from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.features import EVERYTHING, scene_features
+from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
@@ -222,7 +222,7 @@ def test_drawn_chains_go_through_frosted_glass() -> None:
 
 def test_scenes_without_specular_surfaces_have_no_chains() -> None:
     device_scene = resident_of([*box(half=3.0)], [grey(0.5)])
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.features(lambertian=False)
     arrays = []
     for known in (EVERYTHING, features):
         gbuffer = allocate_gbuffer(SIZE[0] * SIZE[1], device_scene.device, known)

@@ -6,7 +6,6 @@ from scenes import box, column, grey, resident_of
 
 from gpu.core.device import allocate
 from gpu.core.parameters import parameters
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.final_gather import FinalGather, Gathered
 from gpu.indirect.photon_lookup import FullMapLight, LookupParameters, choose_sites
@@ -47,7 +46,7 @@ def gathered(room: DeviceScene, normal: tuple[float, float, float], **chosen: fl
     clusters.spacing = column([0.1, 0.0], float)
     gather = FinalGather(clusters, RAYS, light, build_light_table(room), bounces=0)
     seed = wp.zeros(1, dtype=int, device=CPU)
-    seen = room.view(lambertian=True), seed, scene_features(room.scene, lambertian=True)
+    seen = room.view(lambertian=True), seed, room.features(lambertian=True)
     gather.trace(*seen)
     gather.read(*seen)
     return gather.gathered

@@ -8,7 +8,6 @@ import warp as wp
 from scenes import box, column, grey, quad, resident_of, square_of_vpls
 
 from gpu.core.device import launch
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.rays import blocking
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.near_field_paths import NearPaths, near_field_path_kernel
@@ -48,7 +47,7 @@ def found(room: DeviceScene, places: Doubles, bounces: int = 16, shares: float =
     pixels, scene = column(np.arange(count), wp.int32), room.view(lambertian=True)
     seen = scene, light_sets.table, light_sets.radiosity(light_set)
     inputs = [*seen, pixels, column([7], wp.int32), paths, light, met]
-    features = scene_features(room.scene, lambertian=True)
+    features = room.features(lambertian=True)
     launch(near_field_path_kernel(features, blocking(scene)), count, inputs, CPU)
     assert met.numpy().mean() == pytest.approx(min(10.0 * shares, 1.0), abs=0.05)
     return np.asarray(light.numpy()[:, 0])

@@ -3,7 +3,6 @@ import pytest
 import warp as wp
 from pictures import lamp_room
 
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.photon_map import PhotonMap
@@ -21,7 +20,7 @@ def room() -> DeviceScene:
 def traced(room: DeviceScene, seed: int, bounces: int = BOUNCES) -> PhotonMap:
     photon_map = PhotonMap(PATHS, bounces, room.device)
     seeds = wp.full(1, seed, dtype=int, device=room.device)
-    features = scene_features(room.scene, lambertian=True)
+    features = room.features(lambertian=True)
     photon_map.trace(room.view(lambertian=True), build_light_table(room), seeds, features)
     return photon_map
 

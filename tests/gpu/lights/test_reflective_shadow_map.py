@@ -6,7 +6,6 @@ import pytest
 from emitters import POINT, SPOT, SUN, lamp_room
 from scenes import box, grey, resident_of
 
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls
@@ -31,7 +30,7 @@ def mapped(device_scene: DeviceScene, seed: int = 0, suns: Any = None) -> tuple[
     table.suns = suns or table.suns
     maps = make_shadow_maps(device_scene, table, SIDE)
     vpls = allocate_vpls(maps.count * SIDE**2, device_scene.device)
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.features(lambertian=False)
     trace_shadow_maps(device_scene.data, table, maps, 4, seed, features, vpls)
     return maps, vpls
 

@@ -86,6 +86,7 @@ def test_rays_for_more_pairs_change_little(room: DeviceScene, usual: Frame, name
 
 
 def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: DeviceScene, usual: Frame) -> None:
+    assert_same(frame(room.as_on_gpus()), usual, room)
     other = frame(room, without(*ABSENT))
     assert all(usual.stats.skips[name] == 1 for name in ABSENT)
     assert other.stats.skips == usual.stats.skips | dict.fromkeys(ABSENT, 0)

@@ -5,7 +5,6 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
-from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.types import Doubles, Material
 from gpu.vpl.clustering import cluster_vpls
@@ -32,7 +31,7 @@ def lit_floor(material: Material) -> RadiosityCache:
     """A floor with VPLs of flux 1."""
     device_scene, vpls = floor_of(material), square_of_vpls(COUNT, seed=1)
     vpls.flux = column(np.ones((vpls.count, 3)), wp.vec3)
-    features = scene_features(device_scene.scene, lambertian=False)
+    features = device_scene.features(lambertian=False)
     return radiosity_cache(device_scene, device_scene.data, cluster_vpls(device_scene, vpls, 60, 0), features)
 
 
