@@ -24,7 +24,7 @@ wp.config.max_unroll = 4
 wp.config.cpu_compiler_flags = "-march=native"
 
 # Of queues from the host to a GPU, which it looks at as it begins: streams that share one wait for each other, and each
-# lane (gpu.core.lane) has two, and a third once an edit has changed its light.
+# lane (gpu.core.lane) has two, and more for what is forked apart and once an edit has changed its light.
 environ.setdefault("CUDA_DEVICE_MAX_CONNECTIONS", "32")
 
 CORES = cpu_count() or 1

@@ -38,8 +38,8 @@ class Flight:
 
 
 class Lane:
-    """Streams of a CUDA device: one for a frame's stages, `side` for what runs beside them, and `ahead` for stages that
-    others do not wait for.
+    """Streams of a CUDA device: one for a frame's stages, `side` for what runs beside them, `apart` for what runs
+    beside both for one stage, and `ahead` for stages that others do not wait for.
 
     A frame that begins comes after all that the device's current stream has been given before. Whoever runs in a lane
     must not give the host away before it has left it: Warp's current stream is the same for all.
@@ -47,6 +47,7 @@ class Lane:
 
     def __init__(self, device: wp.Device) -> None:
         self._device = device
+        self._apart: dict[str, wp.Stream] = {}
 
     @cached_property
     def _stream(self) -> wp.Stream | None:
@@ -56,6 +57,12 @@ class Lane:
     def side(self) -> wp.Stream:
         """Of usual priority: what is there runs on what the stages leave free."""
         return wp.Stream(self._device)
+
+    def apart(self, name: str) -> wp.Stream:
+        """As `side`, for the stage of that name alone."""
+        if name not in self._apart:
+            self._apart[name] = wp.Stream(self._device)
+        return self._apart[name]
 
     @cached_property
     def ahead(self) -> wp.Stream:

@@ -51,7 +51,8 @@ class Stages:
         # the time, and the other what has to come after it: in a graph none does both.
         self._lane = lane or Lane(device)
         self._forked: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._open: list[str] = []  # stages of which something was forked that nothing has waited for, in order
+        # Stages of which something was forked that nothing has waited for, in order, by what is forked apart, if it is.
+        self._open: dict[str | None, list[str]] = {}
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self._ahead: str | None = None  # the last of the stages that those of now run beside
@@ -67,7 +68,7 @@ class Stages:
         self._joined.clear()
         self._forked_seconds.clear()
         self._beside.clear()
-        self._parts, self._open = [], []  # of a frame that failed
+        self._parts, self._open = [], {}  # of a frame that failed
         self.steady, self.captured = True, False
 
     def forget(self, number: int) -> None:
@@ -111,11 +112,12 @@ class Stages:
         self._add((name, branch, repeats), timed)
 
     def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
-             branch: Hashable = None) -> None:  # fmt: skip
+             branch: Hashable = None, apart: bool = False) -> None:  # fmt: skip
         """Run `work`, a part of the stage `name`, beside the stages that follow, up to that one, which waits for it.
 
         It comes after the stages before and what was forked before. It must write nothing that the stages beside it
-        read, nor read what they write. On CUDA its time is what the stage `name` has to wait for it.
+        read, nor read what they write. On CUDA its time is what the stage `name` has to wait for it. apart: whether all
+        that is forked for that stage runs beside what is forked for others, too.
         """
         key = f"{name} {part}", branch, repeats
         if self.stepwise:
@@ -126,11 +128,13 @@ class Stages:
             self._forked[name] = wp.Event(self._device, enable_timing=True), wp.Event(self._device)
 
         def beside() -> None:
-            with wp.ScopedStream(self._lane.side):
+            stream = self._lane.apart(name) if apart else self._lane.side
+            opened = self._open.setdefault(name if apart else None, [])
+            with wp.ScopedStream(stream):
                 work()
                 for event in self._forked[name]:
-                    self._lane.side.record_event(event)
-            self._open = [*(other for other in self._open if other != name), name]
+                    stream.record_event(event)
+            opened[:] = [*(other for other in opened if other != name), name]
 
         self._add(key, beside)
 
@@ -221,10 +225,11 @@ class Stages:
         In a graph, what is launched only if a condition holds must come after all: nothing else may be under way where
         its condition is.
         """
-        last = name or (self._open[-1] if self._open else None)
-        if last in self._open:
-            wp.get_stream(self._device).wait_event(self._forked[last][1])
-            self._open = self._open[self._open.index(last) + 1 :]
+        for opened in self._open.values():
+            last = name or (opened[-1] if opened else None)
+            if last in opened:
+                wp.get_stream(self._device).wait_event(self._forked[last][1])
+                del opened[: opened.index(last) + 1]
 
     def milliseconds(self) -> dict[str, float]:
         """The stages' times [ms] in the order they ran, once the frame is ready."""

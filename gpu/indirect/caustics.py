@@ -103,23 +103,36 @@ def reflect_caustics_kernel(first: int, gbuffer: GBuffer, found: wp.array[wp.vec
 
 
 class CausticGather:
-    """Gathers caustics at the SPs of a picture of so many `pixels`, and wherever their edges lie between these."""
+    """Gathers caustics at the SPs of a picture of so many `pixels`, and wherever their edges lie between these: by
+    `find`, then `fill`, then `add`.
+    """
 
     def __init__(self, pixels: int, device: wp.Device) -> None:
         self._found = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._edges = wp.zeros(pixels, dtype=int, device=device)
         self._count = wp.zeros(1, dtype=int, device=device)
 
-    def add(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, lit: CausticLight, mean: wp.array,
-            radiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
-        """Add to `radiance` (pixel,) what pixels reflect of caustics; mean (1,): brightness of the picture."""
-        found, device = self._found, sps.device
-        kernel, lanes = caustic_kernel(features), lanes_of(sps.device, few=True)
-        launch(kernel, lanes * sps.capacity, [scene, gbuffer, sps.pixels, sps.count, lit, lanes, found], device)
-        if sps.stride > 1:
-            edges, count = self._edges, self._count
-            count.zero_()
-            inputs = [gbuffer, sps.image, sps.sparse, sps.listed, mean, found, edges, count]
-            launch(interpolate_caustics_kernel, sps.capacity, inputs, device)
-            launch(kernel, lanes * sps.capacity, [scene, gbuffer, edges, count, lit, lanes, found], device)
-        launch(reflect_caustics_kernel, sps.capacity, [gbuffer, found, radiance], device)
+    def find(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, lit: CausticLight,
+             features: SceneFeatures) -> None:  # fmt: skip
+        """Gather at the SPs."""
+        self._gather(scene, gbuffer, (sps.pixels, sps.count), lit, features)
+
+    def fill(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, lit: CausticLight, features: SceneFeatures,
+             mean: wp.array) -> None:  # fmt: skip
+        """Find what lies between the SPs; mean (1,): brightness of the picture."""
+        edges, count = self._edges, self._count
+        count.zero_()
+        inputs = [gbuffer, sps.image, sps.sparse, sps.listed, mean, self._found, edges, count]
+        launch(interpolate_caustics_kernel, sps.capacity, inputs, sps.device)
+        self._gather(scene, gbuffer, (edges, count), lit, features)
+
+    def _gather(self, scene: SceneData, gbuffer: GBuffer, listed: tuple[wp.array, wp.array], lit: CausticLight,
+                features: SceneFeatures) -> None:  # fmt: skip
+        device = self._found.device
+        lanes = lanes_of(device, few=True)
+        inputs = [scene, gbuffer, *listed, lit, lanes, self._found]
+        launch(caustic_kernel(features), lanes * len(self._found), inputs, device)
+
+    def add(self, gbuffer: GBuffer, radiance: wp.array) -> None:
+        """Add to `radiance` (pixel,) what pixels reflect of caustics."""
+        launch(reflect_caustics_kernel, len(radiance), [gbuffer, self._found, radiance], radiance.device)

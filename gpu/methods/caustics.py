@@ -10,10 +10,13 @@ import warp as wp
 
 from gpu.core.reduce import Counter
 from gpu.core.stages import Stages
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.caustics import CausticGather
 from gpu.lights.caustic_casters import CausticCasters, caustic_casters
-from gpu.lights.caustic_map import CausticMap
+from gpu.lights.caustic_map import CausticLight, CausticMap
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import FrameKind, frame_seed
@@ -51,8 +54,8 @@ def caustics_of(setup: RenderSetup, frame: FrameArrays) -> "Caustics | None":
 
 
 class Caustics:
-    """Caustics of frames of one size. Photons are kept while the light does not change, but each frame of a still view
-    has its own.
+    """Caustics of frames of one size: by `begin`, `fill`, then `end`, beside the stages between. Photons are kept while
+    the light does not change, but each frame of a still view has its own.
     """
 
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
@@ -64,8 +67,8 @@ class Caustics:
         self._seed = wp.zeros(1, dtype=int, device=setup.device)
         self._counter = Counter(1, setup.device)
 
-    def run(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages) -> None:
-        """Add caustics to the picture of a `view` whose G-buffer is filled, and whose SPs are `points`."""
+    def begin(self, points: ShadingPoints, kind: FrameKind, stages: Stages) -> None:
+        """Begin to gather at the SPs of a picture whose G-buffer is filled, `points`."""
         sets = self._setup.light_sets
         if self._version != sets.version:
             self._casters, self._version = caustic_casters(self._setup.device_scene), sets.version
@@ -76,9 +79,23 @@ class Caustics:
             self._map.light.share.fill_(radius_share(kind.sample))
             # Its launches are of casters that another light may have more of.
             stages.run("caustic-photons", self._trace, repeats=False)
-        frame, radiance = self._frame, view.radiance
-        inputs = frame.scene, frame.gbuffer, points, self._map.light, frame.brightness.value, radiance, frame.features
-        stages.run("caustics", partial(self._gather.add, *inputs), repeats=kind.captured)
+        find = partial(self._gather.find, *self._seen(points))
+        stages.fork("caustics", "points", find, repeats=kind.captured, apart=True)
+
+    def fill(self, points: ShadingPoints, kind: FrameKind, stages: Stages) -> None:
+        """Go on between the `points`, once it is known how bright the picture's indirect light is, if there is any."""
+        fill = partial(self._gather.fill, *self._seen(points), self._frame.brightness.value)
+        if points.stride > 1:
+            stages.fork("caustics", "between", fill, repeats=kind.captured, apart=True)
+
+    def end(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
+        """Have caustics in the picture of a `view`."""
+        add = partial(self._gather.add, self._frame.gbuffer, view.radiance)
+        stages.run("caustics", add, repeats=kind.captured, waits_for_fork=True)
+
+    def _seen(self, points: ShadingPoints) -> tuple[SceneData, GBuffer, ShadingPoints, CausticLight, SceneFeatures]:
+        frame = self._frame
+        return frame.scene, frame.gbuffer, points, self._map.light, frame.features
 
     def _trace(self) -> None:
         frame, casters, table = self._frame, self._casters, self._setup.light_sets.table

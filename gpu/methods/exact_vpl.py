@@ -27,7 +27,7 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "gather", "direct", "caustic-photons", "caustics",
+    stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "caustic-photons", "gather", "direct", "caustics",
                    "near", "interpolate", "gloss")  # fmt: skip
     pixel_bytes, view_pixel_bytes, gloss_pixel_bytes = 369, 12, 28
 
@@ -84,6 +84,9 @@ class ExactVpl(RenderMethod[ViewState]):
         self._use(light_set)
         stages.graph_key = view.number, self._number, *self._first.numbers
         passes.begin(view, points, kind, stages)
+        if self._caustics:
+            self._caustics.begin(points, kind, stages)
+            self._caustics.fill(points, kind, stages)
         passes.begin_direct(view, kind, stages)
         if self._has_indirect:
             if self._has_near:
@@ -94,7 +97,7 @@ class ExactVpl(RenderMethod[ViewState]):
                 passes.share_near(points, frame.indirect.irradiance, kind, stages)
         passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, points, kind, stages)
+            self._caustics.end(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
             if self._has_near:

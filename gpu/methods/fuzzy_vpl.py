@@ -50,8 +50,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names: ClassVar[tuple[str, ...]] = (
-        "gbuffer", "history", "cluster", "light", "vpl-clusters", "relight", "visibility", "shade", "correct", "refine",
-        "bright", "connect", "paths", "probe", "direct", "caustic-photons", "caustics", "near", "interpolate",
+        "gbuffer", "caustic-photons", "history", "cluster", "light", "vpl-clusters", "relight", "visibility", "shade",
+        "correct", "refine", "bright", "connect", "paths", "probe", "direct", "caustics", "near", "interpolate",
         "gloss", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
@@ -111,14 +111,18 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         lights = self.lights
         stages.graph_key = view.number, lights.number
         self._passes.begin(view, view.points, kind, stages)
+        if self._caustics:
+            self._caustics.begin(view.points, kind, stages)
         self._passes.begin_direct(view, kind, stages, view.histories)
         if lights.has_indirect:
             self._find_indirect(view, kind, stages)
         if lights.has_indirect and self._options.inspect and kind.captured:
             self._options.inspect(view, self._frame, lights.vpls, stages)
+        if self._caustics and not lights.has_indirect:
+            self._caustics.fill(view.points, kind, stages)
         self._passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, view.points, kind, stages)
+            self._caustics.end(view, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
             if lights.has_near:
@@ -174,6 +178,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         stages.run("visibility", partial(lights.trace, view), repeats=captured)
         kept.last_sample = kind.sample
         stages.run("shade", shade_points, repeats=captured, branch=(reuses, relights))
+        if self._caustics:
+            self._caustics.fill(points, kind, stages)
         if convergence is not None:
             lights.correction.converge(view, kept, convergence, kind, stages)
             return

@@ -36,12 +36,12 @@ class PhotonGather(RenderMethod[GatherViewState]):
 
     stage_names = (
         "gbuffer",
+        "caustic-photons",
         "photons",
         "illumination",
         "gather",
         "irradiance",
         "direct",
-        "caustic-photons",
         "caustics",
         "interpolate",
         "gloss",
@@ -117,6 +117,9 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._follow_lights()
         stages.graph_key = view.number, self._number
         passes.begin(view, points, kind, stages)
+        if self._caustics:
+            self._caustics.begin(points, kind, stages)
+            self._caustics.fill(points, kind, stages)
         if self._has_indirect:
             self._begin_gather(view, kind, stages)
         passes.begin_direct(view, kind, stages)
@@ -127,7 +130,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
         if self._caustics:
-            self._caustics.run(view, points, kind, stages)
+            self._caustics.end(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
             if self._receivers is not None:

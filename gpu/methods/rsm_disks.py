@@ -21,9 +21,9 @@ MAP_PIXEL_BYTES, SEED_BYTES = 436, 8
 class RsmDisks(FuzzyVpl):
     """Steps 3 to 6 of `fuzzy-vpl` with lights of reflective shadow maps."""
 
-    stage_names = ("gbuffer", "history", "shadow-maps", "map-clusters", "disks", "cluster", "visibility", "shade",
-                   "correct", "refine", "bright", "direct", "caustic-photons", "caustics", "near",
-                   "interpolate", "gloss", "antialias", "keep")  # fmt: skip
+    stage_names = ("gbuffer", "caustic-photons", "history", "shadow-maps", "map-clusters", "disks", "cluster",
+                   "visibility", "shade", "correct", "refine", "bright", "direct", "caustics", "near", "interpolate",
+                   "gloss", "antialias", "keep")  # fmt: skip
     lights: RsmLights
 
     @staticmethod

@@ -176,6 +176,25 @@ def test_stages_beside_others_begin_with_these_and_take_what_they_take_longer(
         assert warp.current.now - begun == pytest.approx(sum(expected.values()))
 
 
+def test_what_is_forked_apart_waits_for_nothing_else_that_was_forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    warp, streams = TimedWarp(), {"third": Timed(), "fifth": Timed()}
+    lane = SimpleNamespace(side=Timed(), apart=streams.__getitem__)
+    monkeypatch.setattr(module, "wp", warp)
+    stages: Any = Stages(SimpleNamespace(is_cuda=True), lane)
+    stages.start_frame()
+    stages.run("first", lambda: warp.take(1.0))
+    stages.fork("fourth", "beside", lambda: warp.take(8.0))
+    stages.fork("third", "apart", lambda: warp.take(2.0), apart=True)
+    stages.run("second", lambda: warp.take(1.0))
+    stages.fork("third", "apart, too", lambda: warp.take(1.0), apart=True)
+    stages.run("third", lambda: warp.take(1.0), waits_for_fork=True)
+    stages.run("fourth", lambda: warp.take(1.0), waits_for_fork=True)
+    stages.fork("fifth", "apart", lambda: warp.take(2.0), apart=True)
+    stages.flush()
+    assert stages.milliseconds() == pytest.approx({"first": 1.0, "second": 1.0, "third": 3.0, "fourth": 5.0})
+    assert warp.current.now == 12.0  # what nothing waited for
+
+
 @NEEDS_CUDA
 @pytest.mark.parametrize("repeats", [False, True])
 def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:

@@ -84,8 +84,11 @@ def seen_from_below(room: DeviceScene, lit: CausticLight, stride: int, size: tup
     frame.trace_primary_rays(camera_of(room, view, size))
     frame.shading_points.find(frame.gbuffer)
     radiance, mean = wp.zeros(frame.pixels, dtype=wp.vec3, device="cpu"), wp.zeros(1, dtype=float, device="cpu")
-    gather = CausticGather(frame.pixels, frame.device)
-    gather.add(frame.scene, frame.gbuffer, frame.shading_points, lit, mean, radiance, frame.features)
+    gather, seen = CausticGather(frame.pixels, frame.device), (frame.scene, frame.gbuffer, frame.shading_points)
+    gather.find(*seen, lit, frame.features)
+    if stride > 1:
+        gather.fill(*seen, lit, frame.features, mean)
+    gather.add(frame.gbuffer, radiance)
     return radiance.numpy()[:, 0].reshape(size[::-1])
 
 

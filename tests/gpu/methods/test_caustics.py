@@ -3,6 +3,7 @@ from typing import Any
 import pytest
 from glass import EVEN, FLOOR, GLASS, ball, cube
 from scenes import box, grey, quad, resident_of
+from stage_order import noted_stages
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -79,6 +80,15 @@ def test_every_method_shows_caustics_and_keeps_them_while_light_does_not_change(
     assert traced == [False, True, True]
     direct = Renderer(scene, SIZE, RenderSettings.model_validate(few | {"component": "direct"})).render(BELOW)
     assert "caustics" not in direct.stats.stage_ms
+
+
+def test_they_are_gathered_beside_what_does_not_show_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = noted_stages(monkeypatch)
+    few = FEW | {"vpls": 50, "caustic_photons": 256, "smooth": True}
+    Renderer(lit_glass(cube()).generalised(), (256, 200), RenderSettings.model_validate(few)).render(BELOW)
+    assert begun[:4] == ["gbuffer", "caustic-photons", "caustics points", "direct rays"]
+    assert begun.index("shade") < begun.index("caustics between") < begun.index("correct")
+    assert begun.index("caustics waits") == begun.index("direct waits") + 1
 
 
 def test_matt_scenes_pay_nothing() -> None:

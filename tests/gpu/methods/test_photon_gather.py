@@ -1,12 +1,9 @@
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
 from scenes import box, grey, quad, resident_of
+from stage_order import noted_stages
 
-from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
@@ -80,19 +77,7 @@ def test_each_frame_makes_all_light_anew(room: DeviceScene) -> None:
 
 
 def test_rays_of_centres_are_traced_beside_photons(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    begun: list[str] = []
-    fork, run = Stages.fork, Stages.run
-
-    def noted_fork(stages: Stages, name: str, part: str, work: Callable[[], None], **how: Any) -> None:
-        begun.append(f"{name} {part}")
-        fork(stages, name, part, work, **how)
-
-    def noted_run(stages: Stages, name: str, work: Callable[[], None], **how: Any) -> None:
-        begun.append(f"{name} waits" if how.get("waits_for_fork") else name)
-        run(stages, name, work, **how)
-
-    monkeypatch.setattr(Stages, "fork", noted_fork)
-    monkeypatch.setattr(Stages, "run", noted_run)
+    begun = noted_stages(monkeypatch)
     picture(room, method=Method.PHOTON_GATHER, lambertian=True, **COUNTS)
     assert begun[:6] == ["gbuffer", "gather rays", "direct rays", "photons", "illumination", "gather waits"]
 
