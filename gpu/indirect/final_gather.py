@@ -65,26 +65,35 @@ def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -
 
 
 @wp.kernel
-def gather_sum_kernel(first: int, lanes: int, rays: int, ends: RayEnds, out: Gathered) -> None:
-    """`lanes` threads a cluster: the means of its rays, and the shortest."""
+def shortest_ray_kernel(first: int, lanes: int, rays: int, ends: RayEnds, out: Gathered) -> None:
+    """`lanes` threads a cluster: the shortest of its rays."""
+    index = first + wp.tid()
+    cluster = index // lanes
+    shortest = float(LONGEST)
+    for ray in range(cluster * rays + index % lanes, (cluster + 1) * rays, lanes):
+        if ends.hits[ray].face != NO_HIT:
+            shortest = wp.min(shortest, ends.hits[ray].t)
+    shortest = float_least(shortest, lanes)
+    if index % lanes == 0:
+        out.least_distance[cluster] = shortest
+
+
+@wp.kernel
+def gather_sum_kernel(first: int, lanes: int, rays: int, out: Gathered) -> None:
+    """`lanes` threads a cluster: the mean of its rays."""
     index = first + wp.tid()
     cluster = index // lanes
     total = wp.vec3(0.0, 0.0, 0.0)
-    shortest = float(LONGEST)
     for ray in range(cluster * rays + index % lanes, (cluster + 1) * rays, lanes):
         total += out.radiance[ray]
-        if ends.hits[ray].face != NO_HIT:
-            shortest = wp.min(shortest, ends.hits[ray].t)
     total = vector_sum(total, lanes)
-    shortest = float_least(shortest, lanes)
     if index % lanes == 0:
         out.irradiance[cluster] = total * (PI / float(rays))
-        out.least_distance[cluster] = shortest
 
 
 class FinalGather:
     """`rays` rays from the centre of each of `clusters`, which read `light`, and where it tells nothing follow paths of
-    at most `bounces` to the emitters of `table`; `gathered` after `trace` and `read`.
+    at most `bounces` to the emitters of `table`; `gathered` after `trace`, of which the shortest are known, and `read`.
 
     order (ray,): which of a Sobol sequence's points a cluster's rays are.
     """
@@ -105,6 +114,9 @@ class FinalGather:
         """Find where the rays end, for which no light need be known; seed (1,): of their directions."""
         inputs = [scene, self._clusters, self.order, seed, self.ends]
         launch(gather_ray_kernel(features), self._count * self._rays, inputs, self.device)
+        lanes = lanes_of(self.device, few=True)
+        inputs = [lanes, self._rays, self.ends, self.gathered]
+        launch(shortest_ray_kernel, lanes * self._count, inputs, self.device)
 
     def read(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
         """Gather what the rays see that were traced by this `seed`."""
@@ -118,4 +130,4 @@ class FinalGather:
             list_unknown(ends)
             launch(goes_on, count, [scene, part, light.lit, *rays, gathered.radiance], self.device)
         lanes = lanes_of(self.device, few=True)
-        launch(gather_sum_kernel, lanes * self._count, [lanes, self._rays, ends, gathered], self.device)
+        launch(gather_sum_kernel, lanes * self._count, [lanes, self._rays, gathered], self.device)

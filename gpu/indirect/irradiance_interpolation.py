@@ -6,16 +6,19 @@ That is how far apart Ward's samples are, too: one with much around it rules whe
 clusters are placed before their rays are known, so one in the open rules the neighbourhood of another whose rays are
 short, where its light is wrong: in slits, and on what is close to something bright. The spacing that centres have
 around a point takes its place, the same for all of them.
+
+What centres count for is told by where they are and by their shortest rays, before anything is known of their light.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import warp as wp
 
 from gpu.clustering.grid import Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_of_some, nearest_search
 from gpu.clustering.points import Points
-from gpu.core.device import RAY_REGISTERS, launch
+from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import traced_share
 from gpu.device_scene.data import SceneData
@@ -51,26 +54,33 @@ class InterpolationParameters:
 INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationParameters)
 
 
-@made_for("masks", "alpha")
-def interpolate_irradiance_kernel(features: SceneFeatures, glossy: bool) -> wp.Kernel:
-    """The kernel for scenes of these `features`, with or without gloss."""
-    specialise, registers = specialisation(features), GLOSS_REGISTERS if glossy else RAY_REGISTERS
+@wp.struct
+class CentreWeights:
+    """What centres around SPs count for, (sample, sp) each. cluster: whose they are; weight: 0 where it is hidden, or
+    none.
+    """
 
-    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=registers)
-    def interpolate_irradiance_kernel(
-        first: int,
-        scene: SceneData,
-        points: Points,
-        listed: PointList,
-        centres: Representatives,
-        gathered: Gathered,
-        chosen: InterpolationParameters,
-        irradiance: wp.array[wp.vec3],
-        receivers: GlossyReceivers,
-    ) -> None:
-        """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one,
-        so that no centre comes or goes with a step; of those that it sees, if there are any. irradiance (pixel,)
-        [W/m²].
+    cluster: wp.array2d[int]
+    weight: wp.array2d[float]
+
+
+def allocate_weights(sps: int, device: wp.Device) -> CentreWeights:
+    """Those of so many SPs."""
+    weights: CentreWeights = allocate(CentreWeights, sps, device, SAMPLES)
+    return weights
+
+
+@made_for("masks", "alpha")
+def weigh_centres_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
+    def weigh_centres_kernel(first: int, scene: SceneData, points: Points, centres: Representatives,
+                             least_distance: wp.array[float], chosen: InterpolationParameters,
+                             out: CentreWeights) -> None:  # fmt: skip
+        """One thread an SP: Ward's weights of the centres around it, less that of the farthest one, so that no centre
+        comes or goes with a step; of those that it sees, if there are any. least_distance: as of Gathered.
         """
         sp = first + wp.tid()
         if sp >= points.count[0]:
@@ -93,27 +103,47 @@ def interpolate_irradiance_kernel(features: SceneFeatures, glossy: bool) -> wp.K
                 weight = 1.0 / wp.max(change, 1.0e-4)
             found.distance[f] = weight
             least = wp.min(least, weight)
-        total = float(0.0)
-        light = wp.vec3(0.0, 0.0, 0.0)
+        seen = bool(False)
         for f in range(wp.static(SAMPLES)):
             weight = found.distance[f] - least
-            found.distance[f] = 0.0
+            cluster = found.cluster[f]
             if weight > 0.0:
-                cluster = found.cluster[f]
                 centre = centres.position[cluster]
-                free = wp.length(centre - position) < chosen.free_share * gathered.least_distance[cluster]
+                free = wp.length(centre - position) < chosen.free_share * least_distance[cluster]
                 if not free:
                     free = unblocked(scene, position, normal, centre, centres.normal[cluster])
                 if free:
-                    light += gathered.irradiance[cluster] * weight
-                    total += weight
-                    found.distance[f] = weight
+                    seen = True
+                else:
+                    weight = float(0.0)
+            out.cluster[f, sp] = cluster
+            out.weight[f, sp] = weight
+        if not seen and found.cluster[0] >= 0:
+            out.weight[0, sp] = 1.0
+
+    return weigh_centres_kernel
+
+
+@cache
+def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
+    """The kernel with or without gloss."""
+
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=GLOSS_REGISTERS)
+    def interpolate_irradiance_kernel(first: int, listed: PointList, weights: CentreWeights, gathered: Gathered,
+                                      irradiance: wp.array[wp.vec3], receivers: GlossyReceivers) -> None:  # fmt: skip
+        """One thread an SP: the mean of the centres around it by their weights. irradiance (pixel,) [W/m²]."""
+        sp = first + wp.tid()
+        if sp >= listed.count[0]:
+            return
+        total = float(0.0)
+        light = wp.vec3(0.0, 0.0, 0.0)
+        for f in range(wp.static(SAMPLES)):
+            weight = weights.weight[f, sp]
+            if weight > 0.0:
+                light += gathered.irradiance[weights.cluster[f, sp]] * weight
+                total += weight
         if total > 0.0:
             light = light / total
-        elif found.cluster[0] >= 0:
-            light = gathered.irradiance[found.cluster[0]]
-            found.distance[0] = 1.0
-            total = 1.0
         pixel = listed.pixels[sp]
         irradiance[pixel] = light
         if wp.static(glossy):
@@ -125,9 +155,9 @@ def interpolate_irradiance_kernel(features: SceneFeatures, glossy: bool) -> wp.K
             green = Harmonics()
             blue = Harmonics()
             for f in range(wp.static(SAMPLES)):
-                weight = found.distance[f] / total
+                weight = weights.weight[f, sp] / total
                 if weight > 0.0:
-                    cluster = found.cluster[f]
+                    cluster = weights.cluster[f, sp]
                     red += receivers.coefficients[cluster, 0] * weight
                     green += receivers.coefficients[cluster, 1] * weight
                     blue += receivers.coefficients[cluster, 2] * weight
@@ -143,19 +173,24 @@ def interpolate_irradiance_kernel(features: SceneFeatures, glossy: bool) -> wp.K
     return interpolate_irradiance_kernel
 
 
-def interpolate_irradiance(
+def weigh_centres(
     scene: SceneData,
     points: Points,
-    listed: PointList,
     centres: Representatives,
-    gathered: Gathered,
-    irradiance: wp.array,
-    receivers: "GlossyReceivers | None" = None,
+    least_distance: wp.array,
+    weights: CentreWeights,
     chosen: InterpolationParameters = INTERPOLATION_PARAMETERS,
 ) -> None:
-    """Fill in `irradiance` (pixel,) of all SPs of `scene`, which are `listed`, by what their `centres` `gathered`; and
-    the light of `receivers`, if it is asked for, as their lobes reflect it.
+    """Find the `weights` of the `centres` around all `points` of `scene`; least_distance (centre,): as of Gathered."""
+    inputs = [scene, points, centres, least_distance, chosen, weights]
+    launch(weigh_centres_kernel(masks_of(scene)), len(points.spacing), inputs, least_distance.device)
+
+
+def interpolate_irradiance(listed: PointList, weights: CentreWeights, gathered: Gathered, irradiance: wp.array,
+                           receivers: "GlossyReceivers | None" = None) -> None:  # fmt: skip
+    """Fill in `irradiance` (pixel,) of all SPs, which are `listed`, by what the centres around them `gathered`, and
+    their `weights`; and the light of `receivers`, if it is asked for, as their lobes reflect it.
     """
-    inputs = [scene, points, listed, centres, gathered, chosen, irradiance]
-    kernel = interpolate_irradiance_kernel(masks_of(scene), receivers is not None)
-    launch(kernel, len(points.spacing), [*inputs, receivers or GlossyReceivers()], irradiance.device)
+    inputs = [listed, weights, gathered, irradiance, receivers or GlossyReceivers()]
+    kernel = interpolate_irradiance_kernel(receivers is not None)
+    launch(kernel, weights.weight.shape[1], inputs, irradiance.device)

@@ -14,7 +14,7 @@ from gpu.device_scene.data import NO_HIT
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
-from gpu.indirect.irradiance_interpolation import interpolate_irradiance
+from gpu.indirect.irradiance_interpolation import allocate_weights, interpolate_irradiance, weigh_centres
 from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for, pilot_of
 from gpu.lights.light_table import LightTable, PowerCdf
@@ -46,7 +46,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         "interpolate",
         "gloss",
     )
-    pixel_bytes, view_pixel_bytes = 444, 12
+    pixel_bytes, view_pixel_bytes = 508, 12
     gloss_pixel_bytes = 12
 
     def __init__(self, setup: RenderSetup) -> None:
@@ -62,6 +62,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._counter = Counter(1, setup.device)
         DEVICE_SHARING.pause()
         self._clustering = ShadingClustering(self._frame.shading_points, counts.sp_clusters)
+        self._weights = allocate_weights(setup.pixels, setup.device)
         self._receivers = None
         if self._frame.features.gloss:
             # What their narrow lobes reflect is left out of what they reflect of even light.
@@ -110,7 +111,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
     def render(self, view: GatherViewState, stages: Stages, sample: int) -> None:
         """Direct light, beside photons, their illumination and what is gathered of it.
 
-        So are clusters and where their rays end: these need no light, and as photons stop a GPU gets idle.
+        So are clusters, where their rays end and what they count for: these need no light, and as photons stop a GPU
+        gets idle.
         """
         frame, passes, points = self._frame, self._passes, self._frame.shading_points
         kind = frame_kind(self._setup.settings, view, sample)
@@ -127,7 +129,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("photons", self._trace)
             stages.run("illumination", lambda: self._light.estimate(frame.scene))
             stages.run("gather", self._gather_light, waits_for_fork=True)
-            stages.run("irradiance", self._interpolate)
+            stages.run("irradiance", self._interpolate, waits_for_fork=True)
         passes.end_direct(view, kind, stages)
         if self._caustics:
             self._caustics.end(view, kind, stages)
@@ -154,7 +156,12 @@ class PhotonGather(RenderMethod[GatherViewState]):
                 clustering.run(*seen, view.centres if walks else None)
             self._gather.trace(frame.scene, frame.seed, frame.features)
 
+        def weights() -> None:
+            centres, least = clustering.grid.data, self._gather.gathered.least_distance
+            weigh_centres(frame.scene, clustering.points, centres, least, self._weights)
+
         stages.fork("gather", "rays", rays, branch=(goes_on, walks))
+        stages.fork("irradiance", "weights", weights)
         view.keeps_centres |= walks
 
     def _gather_light(self) -> None:
@@ -165,9 +172,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
             project_radiance(*inputs, receivers.coefficients)
 
     def _interpolate(self) -> None:
-        clustering, frame = self._clustering, self._frame
-        inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
-        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance, self._receivers)
+        listed, irradiance = self._frame.shading_points.points, self._frame.indirect.irradiance
+        interpolate_irradiance(listed, self._weights, self._gather.gathered, irradiance, self._receivers)
 
     def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""

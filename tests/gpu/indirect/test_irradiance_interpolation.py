@@ -10,7 +10,13 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
-from gpu.indirect.irradiance_interpolation import SAMPLES, InterpolationParameters, interpolate_irradiance
+from gpu.indirect.irradiance_interpolation import (
+    SAMPLES,
+    InterpolationParameters,
+    allocate_weights,
+    interpolate_irradiance,
+    weigh_centres,
+)
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Floats
 
@@ -62,7 +68,9 @@ def interpolated(room: SceneData, centres: Floats, points: Floats, gathered: Gat
     listed.pixels, listed.count = column(np.arange(len(points))[::-1], wp.int32), sps.count
     out = wp.zeros(len(points), dtype=wp.vec3, device=CPU)
     how = parameters(InterpolationParameters, **chosen)
-    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, None, how)
+    weights = allocate_weights(len(points), CPU)
+    weigh_centres(room, sps, grid.data, gathered.least_distance, weights, how)
+    interpolate_irradiance(listed, weights, gathered, out)
     return np.asarray(out.numpy())[::-1]
 
 

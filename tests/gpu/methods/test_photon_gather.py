@@ -76,10 +76,13 @@ def test_each_frame_makes_all_light_anew(room: DeviceScene) -> None:
     assert np.array_equal(first.radiance(), again.radiance())
 
 
-def test_rays_of_centres_are_traced_beside_photons(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rays_of_centres_and_what_these_count_for_are_found_beside_photons(
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     begun = noted_stages(monkeypatch)
     picture(room, method=Method.PHOTON_GATHER, lambertian=True, **COUNTS)
-    assert begun[:6] == ["gbuffer", "gather rays", "direct rays", "photons", "illumination", "gather waits"]
+    assert begun[:3] == ["gbuffer", "gather rays", "irradiance weights"]
+    assert begun[3:8] == ["direct rays", "photons", "illumination", "gather waits", "irradiance waits"]
 
 
 def test_photons_on_black_surfaces_are_some_of_those_wanted() -> None:
