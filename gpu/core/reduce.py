@@ -1,6 +1,7 @@
 """Sums over device arrays for a frame's statistics, without atomics: the same result in any order of threads."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import warp as wp
 
@@ -12,17 +13,38 @@ PARTIALS = 16_384
 SUMS = 1024
 READ = 8
 LARGEST = (1 << 31) - 1
+MOST_ROWS = 16
 Some = wp.types.vector(length=READ, dtype=int)
+Numbers: Any = wp.types.vector(length=MOST_ROWS, dtype=int)
+Addresses: Any = wp.types.vector(length=MOST_ROWS, dtype=wp.uint64)
+
+
+@wp.struct
+class Rows:
+    """What is summed up, (row,) each. address, length: of int arrays; least, most: of values that count; counted: 1
+    where these count 1, else 0.
+    """
+
+    address: Addresses
+    length: Numbers
+    least: Numbers
+    most: Numbers
+    counted: Numbers
 
 
 @wp.kernel
-def sum_ints_kernel(first: int, values: wp.array[int], least: int, most: int, counts: bool, row: int,
-                    partials: wp.array2d[int]) -> None:  # fmt: skip
-    """One thread a partial sum over every PARTIALS-th value from `least` to `most`; counts: of 1 for each of these.
+def sum_ints_kernel(first: int, rows: Rows, partials: wp.array2d[int]) -> None:
+    """One thread a partial sum of a row over every PARTIALS-th of its values.
 
     READ values are read before one is used: a thread waits for memory most of the time.
     """
-    partial = first + wp.tid()
+    thread = first + wp.tid()
+    row = thread // PARTIALS
+    partial = thread % PARTIALS
+    values = wp.array(ptr=rows.address[row], shape=(rows.length[row],), dtype=int)
+    least = rows.least[row]
+    most = rows.most[row]
+    counts = rows.counted[row] == 1
     some = Some()
     total = int(0)
     index = int(partial)
@@ -51,7 +73,9 @@ def fold_int_sums_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d
 
 
 class Counter:
-    """Sums or counts in up to `rows` int arrays of a device at a time; its own arrays are allocated once."""
+    """Sums or counts in up to `rows` int arrays of a device at a time, 16 at the most; its own arrays are allocated
+    once.
+    """
 
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
@@ -63,10 +87,13 @@ class Counter:
 
         Then, for each (values, value) of `counted`, count how many are `value`.
         """
-        for row, (values, least) in enumerate(arrays):
-            launch(sum_ints_kernel, PARTIALS, [values, least, LARGEST, False, row, self._partials], self.device)
-        for row, (values, value) in enumerate(counted, start=len(arrays)):
-            launch(sum_ints_kernel, PARTIALS, [values, value, value, True, row, self._partials], self.device)
+        rows = Rows()
+        whole = [(values, least, LARGEST, 0) for values, least in arrays]
+        whole += [(values, value, value, 1) for values, value in counted]
+        for row, (values, *numbers) in enumerate(whole):
+            rows.address[row], rows.length[row] = values.ptr or 0, len(values)
+            rows.least[row], rows.most[row], rows.counted[row] = numbers
+        launch(sum_ints_kernel, PARTIALS * len(whole), [rows, self._partials], self.device)
         launch(fold_int_sums_kernel, self._sums.array.size, [self._partials, self._sums.array], self.device)
         self._sums.download()
 

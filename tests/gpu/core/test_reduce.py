@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 import warp as wp
 from scenes import column
 
+from gpu.core import reduce as module
 from gpu.core.reduce import PARTIALS, Counter
 
 
@@ -20,3 +22,11 @@ def test_counts_values_beside_sums() -> None:
     assert counter.totals() == [5 * PARTIALS, PARTIALS, PARTIALS]
     counter.run([(values, 6)])
     assert counter.totals()[0] == 0
+
+
+def test_all_rows_are_summed_up_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    launched: list[object] = []
+    monkeypatch.setattr(module, "launch", lambda kernel, *_: launched.append(kernel))
+    values, counter = column([1], wp.int32), Counter(16, wp.get_device("cpu"))
+    counter.run([(values, 0)] * 15, [(values, 1)])
+    assert launched == [module.sum_ints_kernel, module.fold_int_sums_kernel]
