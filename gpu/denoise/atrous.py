@@ -221,16 +221,12 @@ class Smoothing:
         image, chosen, deviation = self._image, self._chosen, self._deviation
         inputs = [gbuffer, image, chosen.plane_tolerance, light, deviation]
         launch(light_deviation_kernel, len(light), inputs, self.device)
-        wp.copy(self._third, light)
-        source, target = light, self._other
+        source, target, other = light, self._other, self._third
         for step in STEPS:
             inputs = [gbuffer, image, step, chosen, source, deviation, target]
             launch(atrous_pixels_kernel, len(light), inputs, self.device)
-            source, target = target, source
-        if source is not light:
-            wp.copy(light, source)
-        arrays = self._third, self._other
-        restore(gbuffer, image, STEPS, chosen.plane_tolerance, light, arrays, frames)
+            source, target, other = target, other, target
+        restore(gbuffer, image, STEPS, chosen.plane_tolerance, light, source, target, frames)
 
     def spread(self, gbuffer: GBuffer, sps: ShadingPoints, light: wp.array) -> wp.array:
         """The `light` (pixel,) of `sps` spread over the SPs around on one surface, which have as much of it together;

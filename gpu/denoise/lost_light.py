@@ -26,19 +26,20 @@ def pair_weight(gbuffer: GBuffer, p: int, q: int, step: int, tolerance: float) -
 
 
 @wp.kernel
-def lost_light_kernel(first: int, light: wp.array[wp.vec3], lost: wp.array[wp.vec3]) -> None:
-    """One thread a pixel: what smoothed `light` lacks of that before, which `lost` has at first; (pixel,) each."""
+def lost_light_kernel(first: int, light: wp.array[wp.vec3], before: wp.array[wp.vec3], lost: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: what smoothed `light` lacks of that `before`; (pixel,) each."""
     pixel = first + wp.tid()
-    lost[pixel] = lost[pixel] - light[pixel]
+    lost[pixel] = before[pixel] - light[pixel]
 
 
 @wp.kernel
 def restore_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, plane_tolerance: float,
-                   lost: wp.array[wp.vec3], frames: wp.array[int], last: bool,
+                   lost: wp.array[wp.vec3], frames: wp.array[int], light: wp.array[wp.vec3],
                    out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: what is `lost` (pixel,), mixed with that of the eight pixels `step` away.
 
-    Weights are of pairs, so what one pixel gets another gives. last: it is added to `out` (pixel,), else written there.
+    Weights are of pairs, so what one pixel gets another gives. light (pixel,): where it is given, what lacks that;
+    `out` (pixel,) then has both together, else what is lost.
     Where few pixels around are of the surface it stays the noise that it was: the fewer `frames` (pixel,) the light is
     the mean of, the less of it is added.
     """
@@ -59,25 +60,26 @@ def restore_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, pl
                 weight *= gloss_weight(gbuffer, pixel, other) * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0
                 shared += weight
                 spread += (lost[other] - lost[pixel]) * weight
-    if last:
+    if light.shape[0] > 0:
         # All eight pixels have 3/4 together.
         believed = wp.min(shared / 0.75 * float(wp.max(frames[pixel], 1)), 1.0)
-        out[pixel] = wp.max(out[pixel] + spread * believed, wp.vec3(0.0, 0.0, 0.0))
+        out[pixel] = wp.max(light[pixel] + spread * believed, wp.vec3(0.0, 0.0, 0.0))
     else:
         out[pixel] = spread
 
 
 def restore(gbuffer: GBuffer, image: ImageSize, steps: tuple[int, ...], plane_tolerance: float, light: wp.array,
-            arrays: tuple[wp.array, wp.array], frames: wp.array) -> None:  # fmt: skip
-    """Give back to smoothed `light` (pixel,) what it lacks of that before, which the first of the `arrays` (pixel,)
-    has; both are overwritten.
+            smoothed: wp.array, lost: wp.array, frames: wp.array) -> None:  # fmt: skip
+    """Make of `light` (pixel,) the `smoothed` light (pixel,) with what that lacks of it; lost (pixel,): to work with.
 
-    steps: of the mean, as of an à-trous filter; frames (pixel,): how many the light is the mean of, 0 counts as 1.
+    steps: of the mean, as of an à-trous filter, odd in number, so that it ends in `light`; frames (pixel,): how many
+    the light is the mean of, 0 counts as 1.
     """
-    device, (lost, other) = light.device, arrays
-    launch(lost_light_kernel, len(light), [light, lost], device)
+    device = light.device
+    launch(lost_light_kernel, len(light), [smoothed, light, lost], device)
+    source, target = lost, light
     for step in steps:
-        last = step == steps[-1]
-        inputs = [gbuffer, image, step, plane_tolerance, lost, frames, last, light if last else other]
+        lacking = smoothed if step == steps[-1] else None
+        inputs = [gbuffer, image, step, plane_tolerance, source, frames, lacking, target]
         launch(restore_kernel, len(light), inputs, device)
-        lost, other = other, lost
+        source, target = target, source

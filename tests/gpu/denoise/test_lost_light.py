@@ -14,10 +14,9 @@ MIDDLE = (slice(7, -7), slice(7, -7))  # what the image's border has no part in
 
 def restored(gbuffer: GBuffer, smoothed: NDArray, before: NDArray, frames: int) -> NDArray:
     """`smoothed` (height, width) with what it lacks of the light `before`, the mean of so many `frames`."""
-    light, lost = grey_values(smoothed), grey_values(before)
+    light, less = grey_values(before), grey_values(smoothed)
     known = wp.full(WIDTH * HEIGHT, frames, dtype=int, device=CPU)
-    arrays = lost, wp.zeros_like(lost)
-    restore(gbuffer, image_size((WIDTH, HEIGHT)), STEPS, 1.0, light, arrays, known)
+    restore(gbuffer, image_size((WIDTH, HEIGHT)), STEPS, 1.0, light, less, wp.zeros_like(light), known)
     return numbers(light)
 
 
