@@ -336,6 +336,15 @@ def antialias_kernel(first: int, face: wp.array[int], image: ImageSize, known: P
         now.frames[pixel] = sign * int(most + 0.5)
 
 
+@wp.kernel
+def keep_picture_kernel(first: int, now: PictureData, known: PictureData, radiance: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: has the mean picture in `radiance` (pixel,), and keeps it."""
+    pixel = first + wp.tid()
+    known.frames[pixel] = now.frames[pixel]
+    known.radiance[pixel] = now.radiance[pixel]
+    radiance[pixel] = now.radiance[pixel]
+
+
 class PictureHistory:
     """The mean of the pictures of a viewer's walk, of `size` (width, height); its arrays are allocated once."""
 
@@ -366,7 +375,4 @@ class PictureHistory:
             launch(find_motion_kernel, len(radiance), looked, radiance.device)
         pictures = [self._known, self._motion, radiance, read_history, self._chosen, self._now]
         launch(antialias_kernel, len(radiance), [gbuffer.face, previous.data.image, *pictures], radiance.device)
-        wp.copy(self._known.frames, self._now.frames)
-        wp.copy(self._known.radiance, self._now.radiance)
-        if read_history:
-            wp.copy(radiance, self._now.radiance)
+        launch(keep_picture_kernel, len(radiance), [self._now, self._known, radiance], radiance.device)

@@ -69,6 +69,14 @@ def blend_direct_kernel(first: int, gbuffer: GBuffer, previous: PreviousFrameDat
     now.frames[pixel] = wp.min(frames + 1, most)
 
 
+@wp.kernel
+def keep_direct_kernel(first: int, now: DirectHistoryData, out: DirectHistoryData) -> None:
+    """One thread a pixel: keeps what is known `now`."""
+    pixel = first + wp.tid()
+    out.frames[pixel] = now.frames[pixel]
+    out.light[pixel] = now.light[pixel]
+
+
 class DirectHistory:
     """What frames of a viewer's walk of `size` (width, height) found of area lights; arrays are allocated once.
 
@@ -96,5 +104,4 @@ class DirectHistory:
         now.frames, now.light = self.frames, light
         inputs = [gbuffer, previous.data, self._known, read_history, self._chosen, now]
         launch(blend_direct_kernel, len(light), inputs, self.frames.device)
-        wp.copy(self._known.frames, self.frames)
-        wp.copy(self._known.light, light)
+        launch(keep_direct_kernel, len(light), [now, self._known], self.frames.device)

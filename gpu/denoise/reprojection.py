@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.gbuffer.camera_rays import CameraData, image_point
@@ -108,6 +109,16 @@ def blend(value: wp.vec3, mean: wp.vec3, frames: int, most: int) -> wp.vec3:
     return mean + (value - mean) / float(wp.min(frames + 1, most))
 
 
+@wp.kernel
+def keep_frame_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], out: PreviousFrameData) -> None:
+    """One thread a pixel: keeps where its SP is, the first one the `camera` (1,), too."""
+    pixel = first + wp.tid()
+    out.position[pixel] = gbuffer.position[pixel]
+    out.normal[pixel] = gbuffer.normal[pixel]
+    if pixel == 0:
+        out.camera[0] = camera[0]
+
+
 class PreviousFrame:
     """What a viewer's last frame of `size` (width, height) saw; `data` is what kernels take."""
 
@@ -120,6 +131,4 @@ class PreviousFrame:
 
     def keep(self, gbuffer: GBuffer, camera: wp.array) -> None:
         """Keep what this frame saw for the next one; camera: (1,) CameraData that it was seen by."""
-        wp.copy(self.data.camera, camera)
-        wp.copy(self.data.position, gbuffer.position)
-        wp.copy(self.data.normal, gbuffer.normal)
+        launch(keep_frame_kernel, len(self.data.position), [gbuffer, camera, self.data], camera.device)

@@ -119,8 +119,8 @@ class Visibility:
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         runs = -(-sp_count // self._run)
-        self.rays = wp.zeros(runs, dtype=int, device=device)
-        self.shared = wp.zeros(runs, dtype=int, device=device)
+        self._counts = wp.zeros(2 * runs, dtype=int, device=device)
+        self.rays, self.shared = self._counts[:runs], self._counts[runs:]
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def for_another_viewer(self) -> "Visibility":
@@ -132,8 +132,7 @@ class Visibility:
     def see_all(self) -> None:
         """Have every representative see every VPL cluster, without a ray."""
         self.words.fill_(ALL_BITS)
-        self.rays.zero_()
-        self.shared.zero_()
+        self._counts.zero_()
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays.
@@ -148,8 +147,7 @@ class Visibility:
         plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
         trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))
         words = len(plan.traced)
-        self.rays.zero_()
-        self.shared.zero_()
+        self._counts.zero_()
         for number, begin in enumerate(range(0, count, self._run)):
             run = Run()
             run.number, run.begin, run.most, run.words = number, begin, self._run, self._word_count
