@@ -77,6 +77,24 @@ def keep_direct_kernel(first: int, now: DirectHistoryData, out: DirectHistoryDat
     out.light[pixel] = now.light[pixel]
 
 
+@wp.kernel
+def known_frames_kernel(first: int, gbuffer: GBuffer, previous: PreviousFrameData, known: wp.array[int],
+                        chosen: ReprojectionParameters, frames: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pixel: of how many `frames` the light is that the pixel of the last frame next to its SP has.
+
+    known (pixel,): those of the last frame's pixels.
+    """
+    pixel = first + wp.tid()
+    frames[pixel] = 0
+    if gbuffer.face[pixel] == NO_HIT:
+        return
+    place = previous_place(previous, gbuffer, pixel)
+    nearest = wp.vec2(wp.round(place[0]), wp.round(place[1]))
+    tap = bilinear_tap(previous, known, gbuffer, pixel, nearest, 0, 1, chosen.plane_tolerance)
+    if tap.share > 0.0:
+        frames[pixel] = known[tap.pixel]
+
+
 class DirectHistory:
     """What frames of a viewer's walk of `size` (width, height) found of area lights; arrays are allocated once.
 
@@ -94,6 +112,12 @@ class DirectHistory:
         other = copy(self)
         other._known = allocate(DirectHistoryData, len(self.frames), self.frames.device)
         return other
+
+    def find(self, gbuffer: GBuffer, previous: PreviousFrame) -> wp.array:
+        """Of how many frames light is known before this one's rays, (pixel,), up to the next `take`."""
+        inputs = [gbuffer, previous.data, self._known.frames, self._chosen, self.frames]
+        launch(known_frames_kernel, len(self.frames), inputs, self.frames.device)
+        return self.frames
 
     def take(self, gbuffer: GBuffer, previous: PreviousFrame, light: wp.array, *, read_history: bool) -> None:
         """Make of the `light` (pixel,) that this frame's rays found that of all frames' rays, and keep it.

@@ -30,8 +30,8 @@ class ReprojectionParameters:
     and light comes from farther inside: frames count by that share, so that these forget sooner. plane_tolerance: how
     far off its plane a point is still of a surface, in spacings a step: slats and cracks are as deep as a pixel.
     settled_frames, ray_period: of SPs whose light is of so many frames, on even surfaces, one group in so many sends
-    rays; even_light: where light around them differs at most so many times, for at contacts light that is handed on
-    fills the dark, which only rays find.
+    rays, and half as many go to lamps; even_light: where light around them differs at most so many times, for at
+    contacts light that is handed on fills the dark, which only rays find.
     """
 
     max_frames: int = 8

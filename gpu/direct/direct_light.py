@@ -174,22 +174,35 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 @wp.struct
 class DirectSamples:
     """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
-    those that complement each other; seed; selection: what is learnt of the lights, if anything.
+    those that complement each other; seed; selection: what is learnt of the lights, if anything; known (pixel,): the
+    light of how many frames of a walk joins in, from `settled` of which on half as many rays do; empty: of none.
     """
 
     count: int
     moment: wp.array[int]
     seed: int
     selection: LightSelection
+    known: wp.array[int]
+    settled: int
 
 
-def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes | None = None) -> DirectSamples:
+def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes | None = None,
+                   known: wp.array | None = None, settled: int = 0) -> DirectSamples:  # fmt: skip
     """The struct of these; probes: that have learnt, if any have."""
     samples = DirectSamples()
     samples.count, samples.moment, samples.seed = count, moment, seed
+    samples.known, samples.settled = known, settled
     if probes:
         samples.selection = probes.selection
     return samples
+
+
+@wp.func
+def count_of(samples: DirectSamples, pixel: int) -> int:
+    """How many shadow rays a pixel has."""
+    if samples.known.shape[0] == 0:
+        return samples.count
+    return wp.where(samples.known[pixel] < samples.settled, samples.count, (samples.count + 1) // 2)
 
 
 @made_for(*LOOK, "gloss", "backdrop", "panes", "environment")
@@ -225,7 +238,8 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % image.width, pixel // image.width)
-        own = samples_by_power(place, samples.moment[0] * samples.count, samples.count, samples.seed)
+        count = count_of(samples, pixel)
+        own = samples_by_power(place, samples.moment[0] * count, count, samples.seed)
         if wp.static(learnt):
             own.selection = samples.selection
             own.bins = bins_at(samples.selection, pixel, image.width)

@@ -11,7 +11,7 @@ from gpu.core.stages import Stages
 from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
-from gpu.denoise.reprojection import PreviousFrame
+from gpu.denoise.reprojection import REPROJECTION_PARAMETERS, PreviousFrame
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
@@ -50,6 +50,7 @@ class StillViewParameters:
 
 
 STILL_VIEW_PARAMETERS = StillViewParameters()
+SETTLED_FRAMES = REPROJECTION_PARAMETERS.settled_frames
 
 
 def frame_seed(seed: int, number: int) -> int:
@@ -211,9 +212,11 @@ class Passes:
             seed, probes, seen = self._settings.seed, frame.light_probes, (frame.scene, table, frame.gbuffer)
             if probes:
                 probes.run(*seen, seed)
-            which = direct_samples(samples, frame.frame_index, seed, probes)
+            history, known, frames = histories.direct if histories else None, None, frame.nothing
+            if history and histories and kind.write_history and kind.read_history and samples > 1:
+                known = history.find(frame.gbuffer, histories.previous)
+            which = direct_samples(samples, frame.frame_index, seed, probes, known, SETTLED_FRAMES)
             trace_direct_light(*seen, frame.size, which, view.radiance, frame.area_light, frame.features)
-            history, frames = histories.direct if histories else None, frame.nothing
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, frame.area_light, read_history=kind.read_history)
                 frames = history.frames

@@ -84,6 +84,23 @@ def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: DeviceScene) 
     assert light[old].std() < 0.4
 
 
+def test_frames_of_known_light_are_told_before_it_is_taken(room: DeviceScene) -> None:
+    seen = Seen(room)
+    for number in range(6):
+        seen.frame(pose(number), np.ones((PIXELS, 3)), begins=number == 0)
+    before = seen.view.gbuffer.position.numpy().copy()
+    seen.view.set_camera(pose(60))
+    seen.view.find_shading_points()
+    frames = seen.history.find(seen.view.gbuffer, seen.last).numpy().copy()
+    nearest = np.array([np.linalg.norm(before - place, axis=1).min() for place in seen.view.gbuffer.position.numpy()])
+    unseen = nearest > 3.0 * seen.view.gbuffer.spacing.numpy()
+    assert unseen.sum() > 20
+    assert (frames[unseen] == 0).all()
+    assert np.median(frames[~unseen]) == 6
+    seen.frame(pose(60), np.ones((PIXELS, 3)))
+    assert (seen.frames()[frames == 6] >= 4).mean() > 0.95
+
+
 @pytest.mark.parametrize(("roughness", "most"), [(0.05, 1), (0.2, 3), (0.6, 8)])
 def test_what_narrow_lobes_reflect_is_forgotten_sooner(roughness: float, most: int) -> None:
     glossy = Material("", base_color=(0.5, 0.5, 0.5, 1.0), metallic=0.0, roughness=roughness)

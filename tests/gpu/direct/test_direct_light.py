@@ -33,7 +33,8 @@ def direct(
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
     table, moment = build_light_table(device_scene), wp.full(1, frame, dtype=int, device="cpu")
-    trace_direct_light(scene, table, gbuffer, SIZE, direct_samples(samples, moment, seed), out, soft)
+    which = direct_samples(samples, moment, seed, known=view.get("known"), settled=view.get("settled", 0))
+    trace_direct_light(scene, table, gbuffer, SIZE, which, out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 
@@ -70,6 +71,19 @@ def test_the_sun_is_exact_and_its_shadow_hard() -> None:
     dark = edge.max(axis=2) == 0.0
     assert np.isin(edge[..., 0], [0.0, edge.max()]).mean() > 0.99
     assert dark.mean() == pytest.approx(0.04 / 0.1024, abs=0.03)
+
+
+@pytest.mark.parametrize(("samples", "half"), [(4, 2), (3, 2), (1, 1)])
+def test_pixels_whose_light_is_known_of_many_frames_take_half_the_samples(samples: int, half: int) -> None:
+    lamp = quad([-0.5, 0.5, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1)
+    device_scene = resident_of([floor(), lamp], [grey(0.5), grey(0.0, 5.0)])
+    frames = np.tile([4, 5, 0, 8], SIZE[0] * SIZE[1] // 4)
+    known = wp.array(frames, dtype=int, device="cpu")
+    light = direct(device_scene, down_at(0.2, 0.3, 0.3), samples, frame=3, known=known, settled=5)
+    settled = (frames >= 5).reshape(SIZE[1], SIZE[0])
+    for chosen, count in ((settled, half), (~settled, samples)):
+        assert np.array_equal(light[chosen], direct(device_scene, down_at(0.2, 0.3, 0.3), count, frame=3)[chosen])
+    assert light.std() > 0.0
 
 
 def test_a_floor_is_lit_on_the_side_that_is_seen_alone() -> None:
