@@ -67,8 +67,8 @@ class MeshPart:
     @property
     def owners(self) -> tuple[tuple[str, ...], Integers]:
         """The names of its objects, and which of them each vertex (vertex,) is of."""
-        first = np.broadcast_to(np.int32(0), len(self.positions))
-        return self.objects or (self.name,), first if self.vertex_object is None else self.vertex_object
+        own = self.vertex_object
+        return self.objects or (self.name,), np.zeros(len(self.positions), np.int32) if own is None else own
 
 
 @dataclass(frozen=True)
@@ -192,10 +192,12 @@ def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
     triangles = sum(len(part.triangles) for part in found.meshes)
     validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
     for part in found.meshes:
-        validate.check_finite(name, f"{part.name}.positions", part.positions)
-        validate.check_size(name, f"{part.name}.positions", part.positions, validate.FARTHEST)
+        if not (part.positions.size == 0 or np.abs(part.positions).max() <= validate.FARTHEST):
+            validate.check_finite(name, f"{part.name}.positions", part.positions)
+            validate.check_size(name, f"{part.name}.positions", part.positions, validate.FARTHEST)
         validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
-        validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(found.materials))
+        if not 0 <= part.material < len(found.materials):
+            validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(found.materials))
         for number, uv in enumerate(part.uvs):
             validate.check_finite(name, f"{part.name}.uvs[{number}]", uv)
         if part.colors is not None:

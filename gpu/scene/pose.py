@@ -9,7 +9,7 @@ from gpu.scene.assemble import MeshPart
 from gpu.scene.keyframes import value_at
 from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion, Property, Skin
 from gpu.scene.pauses import EVERY, Pause, go_on
-from gpu.scene.transforms import cofactors, compose, placed
+from gpu.scene.transforms import AT_ONCE, cofactors, compose, placed, placed_each
 from gpu.scene.types import Doubles, Ints
 
 _PARTS = {Property.TRANSLATION: slice(0, 3), Property.ROTATION: slice(3, 7), Property.SCALE: slice(7, 10)}
@@ -60,6 +60,22 @@ def at_rest(motion: Motion, pause: Pause = go_on) -> Pose:
     return pose_at(motion, Animation("", 0.0, ()), 0.0, pause)
 
 
+def all_in_world(found: Sequence[tuple[MeshPart, Body]], pose: Pose) -> list[MeshPart]:
+    """As `in_world` does it, each part with its body; those that are small and that nodes place are done together."""
+    parts: dict[int, MeshPart] = {}
+    together: dict[int, tuple[MeshPart, Doubles]] = {}
+    for number, (part, body) in enumerate(found):
+        if body.skin is None and len(body.instances) == 1 and len(part.positions) <= AT_ONCE:
+            morphed = _morphed(part, body.targets, pose.weights.get(body.node, body.weights))
+            together[number] = morphed, pose.to_world[body.node] @ body.instances[0]
+        else:
+            parts[number] = in_world(part, body, pose)
+    if together:
+        morphed_parts, matrices = zip(*together.values(), strict=True)
+        parts |= zip(together, placed_each(morphed_parts, np.stack(matrices)), strict=True)
+    return [parts[number] for number in range(len(found))]
+
+
 def in_world(part: MeshPart, body: Body, pose: Pose) -> MeshPart:
     """`part`, whose geometry is that of `body`, in the file's coordinates in `pose`."""
     part = _morphed(part, body.targets, pose.weights.get(body.node, body.weights))
@@ -74,6 +90,8 @@ def in_world(part: MeshPart, body: Body, pose: Pose) -> MeshPart:
 
 
 def _morphed(part: MeshPart, targets: Sequence[MorphTarget], weights: Sequence[float]) -> MeshPart:
+    if not targets:
+        return part
     positions, normals = part.positions, part.normals
     for target, weight in zip(targets, weights, strict=False):
         if weight != 0.0 and target.positions is not None:

@@ -42,7 +42,7 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
     lights = read_lights(document, placed.values())
     animations = read_animations(buffers, Movable(placed, [light.number for light in lights]))
     moved = moved_nodes(animations, placed)
-    parts = list(Geometry(buffers, materials, chosen_variant(document, variant), moved).parts(placed))
+    parts = Geometry(buffers, materials, chosen_variant(document, variant), moved).parts(placed)
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
     cameras = read_cameras(document, placed.values(), _box(parts))

@@ -101,12 +101,14 @@ def motion_of(
     if not (animations and placed):
         return None
     moved = moved_nodes(animations, placed).nodes
-    rest = [np.zeros(10) if node.entry.has("matrix") else local_parts(node.entry) for node in placed.values()]
+    rest = np.zeros((len(placed), 10))
+    made = [node for node in placed.values() if not node.entry.has("matrix")]
+    rest[[node.number for node in made]] = local_parts([node.entry for node in made])
     parents = np.array([node.parent for node in placed.values()], np.int32)
     return Motion(
         parents,
         np.stack([node.local for node in placed.values()]),
-        np.stack(rest),
+        rest,
         animations,
         lights=tuple(number if number in moved else STILL for number in lights),
         cameras=tuple(number if number in moved else STILL for number in cameras),

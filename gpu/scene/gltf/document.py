@@ -39,7 +39,7 @@ class Document:
         objects = self.root.raw.get(array, [])
         if not isinstance(objects, list):
             raise self.root.get(array).error("must be an array")
-        number = place.get(key).as_index(len(objects))
+        number = place.index(key, len(objects))
         found = Value(self.root.source, f"{array}[{number}]", objects[number], self.notes)
         if not isinstance(found.raw, dict):
             raise found.error("must be an object")

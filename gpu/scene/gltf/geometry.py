@@ -16,7 +16,7 @@ from gpu.scene.gltf.transforms import instance_matrices
 from gpu.scene.gltf.values import Value
 from gpu.scene.gltf.variants import with_material
 from gpu.scene.motion import Body, Skin
-from gpu.scene.pose import Pose, in_world
+from gpu.scene.pose import Pose, all_in_world
 from gpu.scene.types import Material
 from gpu.scene.validate import check_count, slots
 
@@ -32,13 +32,15 @@ class Geometry:
     variant: int | None = None
     moved: Moved = NOT_MOVED
     _primitives: dict[tuple[str, frozenset[int]], Primitive | None] = field(default_factory=dict)
+    _used: dict[int, list[int]] = field(default_factory=dict)
     _triangles: int = 0
     _vertices: int = 0
 
-    def parts(self, placed: dict[str, PlacedNode]) -> Iterator[MeshPart]:
+    def parts(self, placed: dict[str, PlacedNode]) -> list[MeshPart]:
         """The mesh parts of all nodes. Raises SceneError when a mesh is broken or limits are exceeded."""
         document = self.buffers.document
         pose = Pose(np.stack([node.to_world for node in placed.values()]) if placed else np.zeros((0, 4, 4)))
+        found: list[tuple[MeshPart, Body]] = []
         for node in placed.values():
             if node.visible and node.entry.has("mesh"):
                 mesh = document.attempt(partial(document.referred, node.entry, "mesh", "meshes"), "the mesh")
@@ -46,7 +48,8 @@ class Geometry:
                     name = node.entry.name(mesh.name(mesh.path))
                     for part, body in self._node_parts(node, mesh, placed):
                         moves = body if self._moves(body) else None
-                        yield replace(in_world(part, body, pose), objects=(name,), body=moves)
+                        found.append((replace(part, objects=(name,), body=moves), body))
+        return all_in_world(found, pose)
 
     def _moves(self, body: Body) -> bool:
         nodes = [body.node] if body.skin is None else body.skin.joints.tolist()
@@ -107,7 +110,7 @@ class Geometry:
     def _primitive(self, entry: Value, targets: frozenset[int]) -> Primitive | None:
         key = (entry.path, targets)
         if key not in self._primitives:
-            used = [slot.uv_set for slot in slots(self.materials[self._material(entry)]).values()]
+            used = self._uv_sets(self._material(entry))
             primitive = read_primitive(self.buffers, entry, max(used, default=-1) + 1, targets)
             missing = {f"TEXCOORD_{uv_set}" for uv_set in used} - primitive.attributes.keys() if primitive else ()
             for name in sorted(missing):
@@ -115,6 +118,11 @@ class Geometry:
                 self.buffers.document.notes.add(problem, entry.path)
             self._primitives[key] = primitive
         return self._primitives[key]
+
+    def _uv_sets(self, material: int) -> list[int]:
+        if material not in self._used:
+            self._used[material] = [slot.uv_set for slot in slots(self.materials[material]).values()]
+        return self._used[material]
 
     def _count(self, primitive: Primitive, instances: int) -> None:
         """Raise SceneError before memory is taken for more triangles or vertices than allowed."""

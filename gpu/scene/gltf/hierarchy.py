@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from gpu.scene.gltf.document import Document
-from gpu.scene.gltf.transforms import local_matrix
+from gpu.scene.gltf.transforms import local_matrices
 from gpu.scene.gltf.values import Value
 from gpu.scene.motion import STILL
 from gpu.scene.types import Doubles
@@ -41,18 +41,31 @@ def placed_nodes(document: Document) -> dict[str, PlacedNode]:
         if parents[number] > 1:
             raise entries[number].error("is the child of two nodes; glTF allows one parent")
     roots = _roots(document, entries, parents)
-    placed: dict[str, PlacedNode] = {}
-    waiting = [(number, STILL, np.eye(4), True) for number in reversed(roots)]
+    found: list[tuple[Value, int, bool]] = []
+    waiting = [(number, STILL, True) for number in reversed(roots)]
     while waiting:
-        number, parent, above, visible = waiting.pop()
-        local = local_matrix(entries[number])
-        to_world = above @ local
-        if not np.isfinite(to_world).all():
-            raise entries[number].error("its transform to the world is not finite")
+        number, parent, visible = waiting.pop()
         visible = visible and _visible(document, entries[number])
-        waiting += [(child, len(placed), to_world, visible) for child in reversed(children[number])]
-        placed[entries[number].path] = PlacedNode(entries[number], len(placed), local, to_world, parent, visible)
-    return placed
+        waiting += [(child, len(found), visible) for child in reversed(children[number])]
+        found.append((entries[number], parent, visible))
+    shown = [entry for entry, _, _ in found]
+    locals_ = local_matrices(shown)
+    to_world = _to_world(shown, locals_, [parent for _, parent, _ in found])
+    return {
+        entry.path: PlacedNode(entry, number, locals_[number], to_world[number], parent, visible)
+        for number, (entry, parent, visible) in enumerate(found)
+    }
+
+
+def _to_world(entries: list[Value], locals_: Doubles, parents: list[int]) -> Doubles:
+    """Matrices (node, 4, 4) to world space of nodes, parents first, whose own are to their parents."""
+    to_world, above = np.empty_like(locals_), np.eye(4)
+    for number, parent in enumerate(parents):
+        np.matmul(above if parent == STILL else to_world[parent], locals_[number], out=to_world[number])
+    wrong = ~np.isfinite(to_world).all(axis=(1, 2))
+    if wrong.any():
+        raise entries[int(np.argmax(wrong))].error("its transform to the world is not finite")
+    return to_world
 
 
 def _visible(document: Document, entry: Value) -> bool:

@@ -15,6 +15,8 @@ _FILTERS = ("NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR")
 
 def packed_view(view: Value) -> Value | None:
     """The extension of the buffer view, or None where it is not packed."""
+    if not view.has("extensions"):
+        return None
     found = (view.extension(name) for name in _NAMES)
     return next((extension for extension in found if extension is not None), None)
 

@@ -68,10 +68,12 @@ def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, targets: Collec
     if not len(triangles):
         ignored.add("has no triangles and was left out", entry.path)
         return None
-    used = np.zeros(len(positions), bool)
-    used[triangles] = True
-    check_finite(buffers, listed, "POSITION", positions, used)
-    attributes["POSITION"] = np.where(np.isfinite(attributes["POSITION"]), attributes["POSITION"], 0.0)
+    finite = np.isfinite(positions)
+    if not finite.all():
+        used = np.zeros(len(positions), bool)
+        used[triangles] = True
+        check_finite(buffers, listed, "POSITION", positions, used)
+        attributes["POSITION"] = np.where(finite, positions, 0.0)
     return Primitive(entry.path, attributes, triangles, morphs)
 
 
@@ -103,8 +105,9 @@ def _attribute(buffers: Buffers, listed: Value, name: str, decoded: Doubles | No
     rows = read_floats(buffers, listed, name, _COMPONENTS[base]) if decoded is None else decoded
     if len(rows) != vertices:
         raise listed.error(f"{name} has {len(rows)} elements, POSITION {vertices}")
-    wrong = np.logical_not(np.isfinite(rows).all(axis=1, keepdims=True))
-    if wrong.any():
+    finite = np.isfinite(rows)
+    if not finite.all():
+        wrong = np.logical_not(finite.all(axis=1, keepdims=True))
         value, said = _OTHERWISE.get(base, (0.0, "0 was"))
         problem = f"{np.count_nonzero(wrong)} of {vertices} are not finite: {said} used"
         listed.notes.add(problem, place, kind=kind_of(place))

@@ -16,6 +16,7 @@ _LISTED = 8  # names that a sentence lists
 _ATTRIBUTES = "meshes[].primitives[].attributes"
 _TARGETS = "meshes[].primitives[].targets[]"
 _TEXTURE = {"index", "texCoord"}
+_INNER = (dict, list)  # values that have others in them
 # The keys of an object by its kind: those that are read or said elsewhere, and those that only describe. What is in an
 # object of no kind here is not looked at: its reader knows it all.
 _KNOWN: dict[str, set[str]] = {
@@ -90,12 +91,17 @@ def say_unused(document: Document, nodes: Iterable[PlacedNode], materials: Colle
 
 def _walk(value: Any, kind: str, found: _Found) -> None:
     if isinstance(value, list):
+        kind = f"{kind}[]"
         for item in value:
-            _walk(item, f"{kind}[]", found)
+            if isinstance(item, _INNER):
+                _walk(item, kind, found)
     elif isinstance(value, dict) and kind == _ATTRIBUTES:
         found.keys.update(f"{kind}.{name:.40}" for name in value)
     elif isinstance(value, dict) and kind in _KNOWN:
+        known = _KNOWN[kind]
         for key, inner in value.items():
+            if key in known and not isinstance(inner, _INNER):
+                continue  # as most of a large file is
             path = f"{kind}.{key:.40}" if kind else f"{key:.40}"
             if key == "extras":
                 found.extras.update(dict.fromkeys(f"{name:.40}" for name in inner) if isinstance(inner, dict) else {})
@@ -103,7 +109,7 @@ def _walk(value: Any, kind: str, found: _Found) -> None:
                 for name in inner if isinstance(inner, dict) else ():
                     found.extensions.setdefault(name, Counter())[kind] += 1
                     _walk(inner[name], f"{path}.{name}", found)
-            elif key in _KNOWN[kind]:
+            elif key in known:
                 _walk(inner, path, found)
             else:
                 found.keys[path] += 1

@@ -4,13 +4,14 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import inf, isfinite
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.remarks import Remarks
 
 T = TypeVar("T")
 
+_LARGEST = 1e300  # an integer of JSON may be too large for a float
 _FLOAT32_ROUNDING = 2.0**-24  # by how much a number may change, relative to itself, when it becomes a float32
 
 
@@ -70,12 +71,14 @@ class Value:
 
     def extension(self, name: str) -> "Value | None":
         """The object of the extension `name` here, or None."""
+        if not self.has("extensions"):
+            return None
         extensions = self.object("extensions")
         return extensions.object(name) if extensions.has(name) else None
 
     def as_number(self, low: float = -inf, high: float = inf) -> float:
         """The value as a finite number in [low, high]."""
-        if isinstance(self.raw, bool) or not isinstance(self.raw, int | float) or abs(self.raw) > 1e300:
+        if isinstance(self.raw, bool) or not isinstance(self.raw, int | float) or abs(self.raw) > _LARGEST:
             raise self.error(f"must be a number, not {self.raw!r:.60}")
         number = min(max(float(self.raw), low), high)
         if not isfinite(self.raw) or abs(number - self.raw) > _FLOAT32_ROUNDING * abs(number):
@@ -99,7 +102,15 @@ class Value:
 
     def number(self, key: str, default: float | None = None, low: float = -inf, high: float = inf) -> float:
         """The number at `key`, in [low, high]."""
+        raw = self.raw.get(key) if isinstance(self.raw, dict) else None
+        if _is_plain(raw, low, high):
+            return float(raw)
         return default if default is not None and not self.has(key) else self.get(key).as_number(low, high)
+
+    def index(self, key: str, count: int) -> int:
+        """The index below `count` at `key`."""
+        raw = self.raw.get(key) if isinstance(self.raw, dict) else None
+        return raw if type(raw) is int and 0 <= raw < count else self.get(key).as_index(count)
 
     def integer(self, key: str, default: int | None = None, low: int = 0, high: int = 2**53) -> int:
         """The integer at `key`, in [low, high]. Raises SceneError for one with a fraction."""
@@ -112,6 +123,9 @@ class Value:
         """As many numbers at `key` as the default has, each in [low, high]."""
         if not self.has(key):
             return default
+        raw = self.raw[key]
+        if isinstance(raw, list) and len(raw) == len(default) and all(_is_plain(item, low, high) for item in raw):
+            return tuple(map(float, raw))
         items = self.items(key)
         if len(items) != len(default):
             raise self.get(key).error(f"must have {len(default)} numbers, not {len(items)}")
@@ -119,16 +133,23 @@ class Value:
 
     def text(self, key: str, default: str | None = None) -> str:
         """The string at `key`."""
+        raw = self.raw.get(key) if isinstance(self.raw, dict) else None
+        if isinstance(raw, str) and raw.isascii():
+            return raw
         if default is not None and not self.has(key):
             return default
         return self.get(key).as_text()
 
     def part(self, key: str) -> "Value":
         """The object at `key`, an empty one when it is missing or none."""
+        if not self.has(key):
+            return self._inner(key, {})
         return self.mended(lambda: self.object(key), self._inner(key, {}), "it was left out")
 
     def parts(self, key: str) -> "list[Value]":
         """The elements of the array at `key`, none when it is missing or no array."""
+        if not self.has(key):
+            return []
         empty: list[Value] = []
         return self.mended(lambda: self.items(key), empty, "it was left out")
 
@@ -168,6 +189,8 @@ class Value:
 
     def name(self, default: str = "") -> str:
         """The text at "name"; the default when there is none."""
+        if not self.has("name"):
+            return default
         return self.mended(lambda: self.text("name", ""), "", "it was left out") or default
 
     def flag(self, key: str) -> bool:
@@ -192,6 +215,11 @@ class Value:
         """The value `raw` that stands in this one at `key`."""
         inner = f"[{key}]" if isinstance(key, int) else f".{key}" if self.path else key
         return Value(self.source, self.path + inner, raw, self.notes)
+
+
+def _is_plain(raw: Any, low: float, high: float) -> TypeGuard[float]:
+    """Whether `raw` is surely a number in [low, high]: of most numbers of a file no more than this has to be asked."""
+    return (type(raw) is float or type(raw) is int) and low <= raw <= high and abs(raw) <= _LARGEST
 
 
 def kind_of(path: str) -> str:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gpu.scene.assemble import MeshPart
-from gpu.scene.transforms import cofactors, mirrored, placed, rigid
+from gpu.scene.transforms import AT_ONCE, cofactors, mirrored, placed, placed_each, rigid
 
 
 def test_cofactors_keep_normals_on_their_side() -> None:
@@ -44,3 +44,19 @@ def test_instances_that_have_names_are_objects_of_their_own() -> None:
     names, own = placed(part, matrices, ["left", "right"]).owners
     assert names == ("left", "right")
     assert own.tolist() == [0, 0, 0, 1, 1, 1]
+
+
+def test_parts_placed_each_by_its_own_matrix_are_as_placed_alone() -> None:
+    dice = np.random.default_rng(1)
+    sizes = [3, AT_ONCE - 3, 4, 5]
+    matrices = dice.normal(size=(len(sizes), 4, 4))
+    matrices[:, 3] = (0, 0, 0, 1)
+    triangles = np.array([[0, 1, 2]])
+    parts = [MeshPart(dice.normal(size=(n, 3)), triangles, dice.normal(size=(n, 3)) if n != 4 else None) for n in sizes]
+    assert len(set(mirrored(matrices).tolist())) == 2
+    for part, matrix, found in zip(parts, matrices, placed_each(parts, matrices), strict=True):
+        alone = placed(part, matrix[None])
+        assert np.array_equal(found.positions, alone.positions)
+        assert np.array_equal(found.triangles, alone.triangles)
+        assert (found.normals is None) == (alone.normals is None)
+        assert found.normals is None or np.array_equal(found.normals, alone.normals)

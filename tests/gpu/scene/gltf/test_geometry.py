@@ -1,9 +1,14 @@
+import cProfile
+import pstats
+
 import numpy as np
 import pytest
 from gltf_file import TRIANGLE, GltfFile, corners
 
 from gpu.errors import SceneError
 from gpu.scene.limits import SceneLimits
+
+MOST_CALLS = 900  # a file of 50,000 objects is to be read in seconds
 
 
 def test_one_mesh_in_two_nodes(gltf: GltfFile) -> None:
@@ -59,3 +64,20 @@ def test_instances_count_against_the_limits_before_they_are_made(gltf: GltfFile,
     with pytest.raises(SceneError, match="more than the"):
         gltf.load(limits)
     assert len(gltf.load().triangles) == 1000
+
+
+def calls(gltf: GltfFile, objects: int) -> int:
+    """How many functions are called to load the file with that many objects, each with a mesh of its own."""
+    while len(gltf.json.get("nodes", ())) < objects:
+        primitive = gltf.primitive(indices=[0, 1, 2], NORMAL=np.tile(np.float32([0, 0, 1]), (3, 1)))
+        number = len(gltf.json.get("nodes", ()))
+        gltf.mesh_node(primitive, name=f"object {number}", translation=[number, 0, 0], rotation=[0, 0, 0, 1])
+    profile = cProfile.Profile()
+    profile.runcall(gltf.load)
+    return int(pstats.Stats(profile).total_calls)
+
+
+def test_an_object_more_takes_a_few_hundred_calls(gltf: GltfFile) -> None:
+    calls(gltf, 10)  # which loads what is loaded once
+    few = calls(gltf, 20)
+    assert (calls(gltf, 120) - few) / 100 < MOST_CALLS

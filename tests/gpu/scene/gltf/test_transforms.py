@@ -3,7 +3,7 @@ import pytest
 from gltf_file import GltfFile
 
 from gpu.errors import SceneError
-from gpu.scene.gltf.transforms import local_matrix
+from gpu.scene.gltf.transforms import local_matrices
 from gpu.scene.gltf.values import Value
 
 HALF = float(np.sqrt(0.5))
@@ -14,13 +14,13 @@ def node(**raw: object) -> Value:
 
 
 def test_translation_rotation_and_scale() -> None:
-    matrix = local_matrix(node(translation=[1, 2, 3], rotation=[0, 0, 2 * HALF, 2 * HALF], scale=[2, 1, 1]))
+    (matrix,) = local_matrices([node(translation=[1, 2, 3], rotation=[0, 0, 2 * HALF, 2 * HALF], scale=[2, 1, 1])])
     assert np.allclose(matrix @ [1, 0, 0, 1], [1, 4, 3, 1])  # scaled to 2, turned from x to y, moved
     assert np.allclose(matrix @ [0, 1, 0, 1], [0, 2, 3, 1])
 
 
 def test_a_matrix_is_in_columns() -> None:
-    matrix = local_matrix(node(matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]))
+    (matrix,) = local_matrices([node(matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1])])
     assert np.array_equal(matrix[:3, 3], [5, 6, 7])
 
 
@@ -39,14 +39,14 @@ LAST = [*np.eye(4).reshape(-1)[:12], 2, 3, 4]
 )
 def test_odd_transforms_are_mended(raw: dict, says: str) -> None:
     value = node(**raw)
-    assert np.array_equal(local_matrix(value), [[1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 1, 4], [0, 0, 0, 1]])
+    assert np.array_equal(local_matrices([value]), [[[1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 1, 4], [0, 0, 0, 1]]])
     assert [says in note for note in value.notes.sentences()] == [True] * bool(says)
 
 
 @pytest.mark.parametrize("raw", [{"matrix": [0] * 15}, {"scale": [np.nan, 1, 1]}, {"translation": "x"}])
 def test_broken_transforms(raw: dict) -> None:
     with pytest.raises(SceneError, match=r"nodes\[0\]"):
-        local_matrix(node(**raw))
+        local_matrices([node(**raw)])
 
 
 def test_instances(gltf: GltfFile) -> None:
