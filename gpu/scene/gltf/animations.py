@@ -164,8 +164,7 @@ def _curve(
     buffers: Buffers, animation: Value, entry: Value, changes: Property
 ) -> tuple[Doubles, Doubles, Interpolation]:
     """A channel's times (key,), values (key, 1 or 3, component) and what is between them. Raises SceneError."""
-    samplers = animation.items("samplers")
-    sampler = samplers[entry.get("sampler").as_index(len(samplers))]
+    sampler = animation.element("samplers", entry, "sampler")
     kind = sampler.text("interpolation", "LINEAR")
     if kind not in list(Interpolation):
         raise sampler.get("interpolation").error(f"must be one of {', '.join(Interpolation)}, not {kind!r:.40}")

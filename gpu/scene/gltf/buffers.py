@@ -43,6 +43,9 @@ class Buffers:
         return buffer[start : start + length]
 
     def _buffer(self, view: Value) -> memoryview:
+        number = view.raw.get("buffer")
+        if type(number) is int and (read := self._read.get(f"buffers[{number}]")) is not None:
+            return read
         buffer = self.document.referred(view, "buffer", "buffers")
         if buffer.path not in self._read:
             self._read[buffer.path] = self._content(buffer)

@@ -72,9 +72,9 @@ def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
 
 
 def _light(document: Document, node: PlacedNode) -> PlacedLight:
-    lights = document.root.named_extension(_EXTENSION).items("lights")
-    number = node.entry.named_extension(_EXTENSION).get("light").as_index(len(lights))
-    entry = lights[number]
+    own = node.entry.named_extension(_EXTENSION)
+    entry = document.root.named_extension(_EXTENSION).element("lights", own, "light")
+    number = own.integer("light")
     kind = entry.text("type")
     if kind not in _KINDS:
         raise entry.get("type").error(f"must be one of {', '.join(_KINDS)}, not {kind!r:.40}")

@@ -36,14 +36,7 @@ class Document:
 
     def referred(self, place: Value, key: str, array: str) -> Value:
         """The object of the file's `array` whose index `place` has at `key`. Raises SceneError when there is none."""
-        objects = self.root.raw.get(array, [])
-        if not isinstance(objects, list):
-            raise self.root.get(array).error("must be an array")
-        number = place.index(key, len(objects))
-        found = Value(self.root.source, f"{array}[{number}]", objects[number], self.notes)
-        if not isinstance(found.raw, dict):
-            raise found.error("must be an object")
-        return found
+        return self.root.element(array, place, key)
 
     def attempt(self, read: Callable[[], T], what: str) -> T | None:
         """What `read` returns; None, and said that `what` was left out, when what it reads is broken.

@@ -20,6 +20,8 @@ from gpu.scene.pose import Pose, all_in_world
 from gpu.scene.types import Material
 from gpu.scene.validate import check_count, slots
 
+_ONE = np.eye(4)[None]
+
 
 @dataclass
 class Geometry:
@@ -33,6 +35,7 @@ class Geometry:
     moved: Moved = NOT_MOVED
     _primitives: dict[tuple[str, frozenset[int]], Primitive | None] = field(default_factory=dict)
     _used: dict[int, list[int]] = field(default_factory=dict)
+    _skins: dict[str, Skin | None] = field(default_factory=dict)
     _triangles: int = 0
     _vertices: int = 0
 
@@ -46,9 +49,8 @@ class Geometry:
                 mesh = document.attempt(partial(document.referred, node.entry, "mesh", "meshes"), "the mesh")
                 if mesh is not None:
                     name = node.entry.name(mesh.name(mesh.path))
-                    for part, body in self._node_parts(node, mesh, placed):
-                        moves = body if self._moves(body) else None
-                        found.append((replace(part, objects=(name,), body=moves), body))
+                    for part, body in self._node_parts(node, mesh, name, placed):
+                        found.append((replace(part, body=body) if self._moves(body) else part, body))
         return all_in_world(found, pose)
 
     def _moves(self, body: Body) -> bool:
@@ -60,16 +62,18 @@ class Geometry:
         document = self.buffers.document
         if not node.entry.has("skin"):
             return None
-        read = lambda: read_skin(self.buffers, document.referred(node.entry, "skin", "skins"), placed)  # noqa: E731
-        return document.attempt(read, "the skin")
+        entry = document.attempt(partial(document.referred, node.entry, "skin", "skins"), "the skin")
+        if entry is not None and entry.path not in self._skins:
+            self._skins[entry.path] = document.attempt(partial(read_skin, self.buffers, entry, placed), "the skin")
+        return None if entry is None else self._skins[entry.path]
 
     def _node_parts(
-        self, node: PlacedNode, mesh: Value, placed: Mapping[str, PlacedNode]
+        self, node: PlacedNode, mesh: Value, name: str, placed: Mapping[str, PlacedNode]
     ) -> Iterator[tuple[MeshPart, Body]]:
-        """The primitives of a node's mesh, each in its own space."""
+        """The primitives of a node's mesh, each in its own space, as parts of the object of that name."""
         ignored, skin = self.buffers.document.ignored, self._skin(node, placed)
         instancing = node.entry.extension("EXT_mesh_gpu_instancing")
-        instances = instance_matrices(self.buffers, instancing) if instancing else np.eye(4)[None]
+        instances = instance_matrices(self.buffers, instancing) if instancing else _ONE
         primitives = mesh.objects("primitives")
         if not primitives:
             ignored.add("has no primitives and was left out", mesh.path)
@@ -82,7 +86,7 @@ class Geometry:
             if primitive is None:
                 continue
             self._count(primitive, len(instances))
-            part = _part(primitive, material)
+            part = _part(primitive, material, name)
             body = Body(
                 node.number, part.positions, part.normals, primitive.triangles, instances, primitive.targets, weights
             )
@@ -105,7 +109,7 @@ class Geometry:
         place = with_material(entry, self.variant)
         if not place.has("material"):
             return default
-        return place.mended(lambda: place.get("material").as_index(default), default, "glTF's default one was used")
+        return place.mended(lambda: place.index("material", default), default, "glTF's default one was used")
 
     def _primitive(self, entry: Value, targets: frozenset[int]) -> Primitive | None:
         key = (entry.path, targets)
@@ -139,15 +143,16 @@ def _weights(node: Value, mesh: Value) -> tuple[float, ...]:
     return tuple(item.as_factor(0.0, -1e6, 1e6) for item in place.parts("weights"))
 
 
-def _part(primitive: Primitive, material: int) -> MeshPart:
+def _part(primitive: Primitive, material: int, name: str) -> MeshPart:
     attributes = primitive.attributes
     positions = attributes["POSITION"]
     sets = 1 + max((int(name[9:]) for name in attributes if name.startswith("TEXCOORD_")), default=-1)
-    missing = np.zeros((len(positions), 2))
+    missing = np.zeros((len(positions) if sets else 0, 2))
     uvs = tuple(attributes.get(f"TEXCOORD_{number}", missing) for number in range(sets))
     colors = attributes.get("COLOR_0")
     if colors is not None:
         alpha = np.ones((len(colors), 4))
         alpha[:, : colors.shape[1]] = colors
         colors = alpha
-    return MeshPart(positions, primitive.triangles, attributes.get("NORMAL"), uvs, colors, material, primitive.path)
+    normals = attributes.get("NORMAL")
+    return MeshPart(positions, primitive.triangles, normals, uvs, colors, material, primitive.path, (name,))

@@ -15,7 +15,7 @@ from gpu.scene.types import Doubles, Ints
 
 def read_skin(buffers: Buffers, skin: Value, placed: Mapping[str, PlacedNode]) -> Skin:
     """The skin at `skin`, whose joints are `placed` nodes. Raises SceneError."""
-    nodes = len(buffers.document.root.items("nodes"))
+    nodes = len(buffers.document.root.raw["nodes"])
     joints = [f"nodes[{item.as_index(nodes)}]" for item in skin.items("joints")]
     missing = [joint for joint in joints if joint not in placed]
     if missing or not joints:

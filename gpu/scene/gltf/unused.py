@@ -16,7 +16,6 @@ _LISTED = 8  # names that a sentence lists
 _ATTRIBUTES = "meshes[].primitives[].attributes"
 _TARGETS = "meshes[].primitives[].targets[]"
 _TEXTURE = {"index", "texCoord"}
-_INNER = (dict, list)  # values that have others in them
 # The keys of an object by its kind: those that are read or said elsewhere, and those that only describe. What is in an
 # object of no kind here is not looked at: its reader knows it all.
 _KNOWN: dict[str, set[str]] = {
@@ -62,6 +61,11 @@ _KNOWN: dict[str, set[str]] = {
     "extensions.KHR_lights_punctual": {"lights"},
     "extensions.KHR_lights_punctual.lights[]": {"name", "type", "color", "intensity", "range", "spot"},
 }
+# The keys of an object by its kind that lead to objects of other kinds.
+_LEADING = {
+    kind: {key for key in known if {path := f"{kind}.{key}".lstrip("."), f"{path}[]"} & {*_KNOWN, _ATTRIBUTES}}
+    for kind, known in _KNOWN.items()
+}
 
 
 @dataclass
@@ -93,15 +97,16 @@ def _walk(value: Any, kind: str, found: _Found) -> None:
     if isinstance(value, list):
         kind = f"{kind}[]"
         for item in value:
-            if isinstance(item, _INNER):
-                _walk(item, kind, found)
+            _walk(item, kind, found)
     elif isinstance(value, dict) and kind == _ATTRIBUTES:
         found.keys.update(f"{kind}.{name:.40}" for name in value)
     elif isinstance(value, dict) and kind in _KNOWN:
         known = _KNOWN[kind]
+        if value.keys() <= known:  # as most of a large file is
+            for key in [key for key in value if key in _LEADING[kind]] if _LEADING[kind] else ():
+                _walk(value[key], f"{kind}.{key}" if kind else key, found)
+            return
         for key, inner in value.items():
-            if key in known and not isinstance(inner, _INNER):
-                continue  # as most of a large file is
             path = f"{kind}.{key:.40}" if kind else f"{key:.40}"
             if key == "extras":
                 found.extras.update(dict.fromkeys(f"{name:.40}" for name in inner) if isinstance(inner, dict) else {})

@@ -69,6 +69,18 @@ class Value:
                 raise item.error("must be an object")
         return items
 
+    def element(self, array: str, place: "Value", key: str) -> "Value":
+        """The object of the `array` here whose index `place` has at `key`."""
+        objects = self.raw.get(array, [])
+        if not isinstance(objects, list):
+            raise self.get(array).error("must be an array")
+        number = place.index(key, len(objects))
+        path = f"{self.path}.{array}[{number}]" if self.path else f"{array}[{number}]"
+        found = Value(self.source, path, objects[number], self.notes)
+        if not isinstance(found.raw, dict):
+            raise found.error("must be an object")
+        return found
+
     def extension(self, name: str) -> "Value | None":
         """The object of the extension `name` here, or None."""
         if not self.has("extensions"):
@@ -114,6 +126,9 @@ class Value:
 
     def integer(self, key: str, default: int | None = None, low: int = 0, high: int = 2**53) -> int:
         """The integer at `key`, in [low, high]. Raises SceneError for one with a fraction."""
+        raw = self.raw.get(key) if isinstance(self.raw, dict) else None
+        if type(raw) is int and low <= raw <= high:
+            return raw
         value = self.number(key, default, low, high)
         if value != int(value):
             raise self.get(key).error(f"must be an integer, not {value:g}")
@@ -195,7 +210,7 @@ class Value:
 
     def flag(self, key: str) -> bool:
         """The boolean at `key`, false when it is missing."""
-        return self.choice(key, {True: True, False: False}, False)
+        return self.has(key) and self.choice(key, {True: True, False: False}, False)
 
     def mended(self, read: Callable[[], T], otherwise: T, said: str) -> T:
         """What `read` returns; `otherwise`, with a note that ends in what was `said`, where it raises SceneError."""
