@@ -18,6 +18,8 @@ STOP_SECONDS = 3.0  # that a worker has to end by itself
 KILLED_SECONDS = 3.0  # after which one that was killed is in the kernel for good
 BUFFER_BYTES = 2**20
 MAX_PROGRESS_A_SECOND = 200  # the one message that a worker may send as often as it likes
+# Else glibc has a heap for each few threads, and keeps what is free at the end of each, though it is told to trim them.
+ONE_HEAP = {"MALLOC_ARENA_MAX": "1"}
 log = logging.getLogger("lumenwalk.link")
 
 
@@ -58,6 +60,7 @@ class WorkerLink:
         The socket is private to the two processes; when either ends, the other reads the end of it.
         """
         temporary = _temporary_folder()
+        places = {} if temporary is None else {"TMPDIR": str(temporary.path)}
         ours, theirs = socket.socketpair()
         with theirs:
             reader, writer = await asyncio.open_connection(sock=ours, limit=BUFFER_BYTES)
@@ -69,7 +72,7 @@ class WorkerLink:
                     pass_fds=[theirs.fileno()],
                     stdin=asyncio.subprocess.DEVNULL,
                     stdout=2,
-                    env=clean_environment() | ({"TMPDIR": str(temporary.path)} if temporary is not None else {}),
+                    env=ONE_HEAP | clean_environment() | places,
                     start_new_session=True,
                 )
             except BaseException as error:

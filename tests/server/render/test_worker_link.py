@@ -18,6 +18,30 @@ from server.wire.worker import Progress, Ready, SceneRef, Start
 START = Start(SceneRef("cornell-box", "cornell-box"))
 STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
 
+# Threads, each of which has had 16 MB; ends with the number of MB that the process has more since.
+THREADS = """
+import ctypes, os, sys
+from threading import Barrier, Thread
+import numpy as np
+
+def megabytes():
+    return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
+
+def work():
+    all_here.wait()
+    np.ones(2 << 20)
+    all_here.wait()
+
+np.ones(4 << 20)  # from now on glibc takes less than this from its heaps
+all_here, before = Barrier(4), megabytes()
+threads = [Thread(target=work) for _ in range(4)]
+for step in (Thread.start, Thread.join):
+    for thread in threads:
+        step(thread)
+ctypes.CDLL(None).malloc_trim(0)
+sys.exit(max(megabytes() - before, 0))
+"""
+
 
 def linked(command: tuple[str, ...], scenario: Callable[[WorkerLink], Awaitable[None]]) -> int | None:
     """Runs a scenario with a worker; returns how that ended."""
@@ -153,3 +177,13 @@ def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert linked(command, scenario) == 0
     assert "PATH" in (tmp_path / "names").read_text()
     assert "TOKEN" not in (tmp_path / "names").read_text()
+
+
+def test_a_worker_gives_back_what_its_threads_had() -> None:
+    async def scenario(link: WorkerLink) -> None:
+        with pytest.raises(WorkerLostError):
+            await read_on(link)
+
+    megabytes = linked((sys.executable, "-c", THREADS), scenario)
+    assert megabytes is not None
+    assert 0 <= megabytes < 8
