@@ -90,6 +90,25 @@ def test_headers_are_read_once_for_all_threads_and_processes(cpu: str) -> None:
     assert any(folder.glob("*.pch"))
 
 
+def test_functions_for_adjoints_are_left_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cpu: str) -> None:
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+
+    @wp.struct
+    class Pair:
+        ours: float
+        theirs: float
+
+    @wp.kernel(module="unique")
+    def pair_kernel(first: int, out: wp.array[Pair]) -> None:
+        """One thread a pair."""
+        out[first + wp.tid()].ours = 1.0
+
+    load_kernels([pair_kernel], wp.get_device(cpu), 1)
+    (source,), (code,) = tmp_path.glob("*pair_kernel*/*.cpp"), tmp_path.glob("*pair_kernel*/*.o")
+    assert "void adj_atomic_add(" in source.read_text()
+    assert b"adj_atomic_add" not in code.read_bytes()
+
+
 def header_folder() -> Path:
     return Path(wp._src.context.runtime.get_clang_pch_dir())
 
