@@ -172,8 +172,13 @@ def assemble(
         vertex_object=vertex_object,
         motion=motion,
     )
-    is_lit = bool(scene.lights) or scene.sky is not None or bool(emitted_power(scene).any())
-    return scene if is_lit else with_default_light(scene)
+    shines = any(max(light.intensity) > 0.0 for light in scene.lights)
+    if shines or scene.sky is not None or emitted_power(scene).any():
+        return scene
+    if not scene.lights:
+        return with_default_light(scene)
+    said = "all its lights are switched off (their intensity is 0), so it is dark"
+    return replace(scene, report=replace(scene.report, notes=(*scene.report.notes, said)))
 
 
 def _far_away(too_far: Mask, distances: Doubles) -> list[str]:

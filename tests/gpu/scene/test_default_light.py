@@ -88,4 +88,7 @@ def test_lamps_that_give_no_light_are_none(lamp: Material) -> None:
 
 def test_lamps_that_are_switched_off_are_meant_to_be() -> None:
     off = Light("off", LightKind.POINT, (0.0, 0.0, 0.0))
-    assert room(INSIDE, lights=[off]).lights == (off,)
+    scene = room(INSIDE, lights=[off])
+    assert scene.lights == (off,)
+    assert "switched off" in scene.report.notes[-1]
+    assert not room(INSIDE, lights=[off, replace(off, intensity=(0.0, 0.0, 1.0))]).report.notes
