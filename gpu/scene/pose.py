@@ -41,9 +41,8 @@ def pose_at(motion: Motion, animation: Animation, time: float, pause: Pause = go
             rest[channel.part, _PARTS[channel.changes]] = value
             moved.add(channel.part)
     local = motion.local.copy()
-    for node in moved:
-        parts = (rest[node : node + 1, part] for part in _PARTS.values())
-        local[node] = compose(*parts)[0]
+    nodes = sorted(moved)
+    local[nodes] = compose(*(rest[nodes, part] for part in _PARTS.values()))
     to_world = np.empty_like(local)
     for node, parent in enumerate(motion.parents.tolist()):
         if node % EVERY == 0:

@@ -1,10 +1,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from gpu.scene import pose as posing
 from gpu.scene.assemble import MeshPart
 from gpu.scene.motion import STILL, Animation, Body, Channel, Interpolation, MorphTarget, Motion, Property, Skin
-from gpu.scene.pose import Pose, at_rest, in_world, pose_at
+from gpu.scene.pose import Pose, all_in_world, at_rest, in_world, pose_at
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 UP = np.tile([[0.0, 0.0, 1.0]], (3, 1))
@@ -61,3 +63,30 @@ def test_skinned_vertices_follow_their_joints_by_their_shares() -> None:
     assert found.positions.tolist() == [[0.0, 0.0, 2.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.5]]
     assert found.normals is not None
     assert found.normals[:2].tolist() == [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
+
+
+def test_parts_together_are_as_each_alone_and_in_their_order() -> None:
+    pose = Pose(np.stack([moved(1, 2, 3), np.diag([-2.0, 1.0, 1.0, 1.0])]), {1: [0.5]})
+    joints, shares = np.zeros((3, 1), np.int32), np.ones((3, 1))
+    bodies = [
+        BODY,
+        replace(BODY, skin=Skin(np.array([1]), np.eye(4)[None]), joints=joints, shares=shares),
+        replace(BODY, node=1, targets=(MorphTarget(UP, None),)),
+        replace(BODY, instances=np.stack([np.eye(4), moved(0, 0, 9)])),
+        replace(BODY, node=1),
+    ]
+    for found, body in zip(all_in_world([(PART, body) for body in bodies], pose), bodies, strict=True):
+        alone = in_world(PART, body, pose)
+        assert np.array_equal(found.positions, alone.positions)
+        assert np.array_equal(found.triangles, alone.triangles)
+        assert np.array_equal(found.normals, alone.normals)
+
+
+def test_all_nodes_that_move_are_composed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = []
+    compose = posing.compose
+    monkeypatch.setattr(posing, "compose", lambda *parts: rows.append(len(parts[0])) or compose(*parts))
+    channels = tuple(slides(node, Property.TRANSLATION, [[0, 0, 0], [8, 0, 0]]) for node in range(5))
+    motion = Motion(np.full(5, STILL), np.tile(np.eye(4), (5, 1, 1)), np.tile(REST, (5, 1)), ())
+    pose_at(motion, Animation("a", 1.0, channels), 0.5)
+    assert rows == [5]
