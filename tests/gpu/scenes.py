@@ -8,7 +8,6 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
@@ -143,7 +142,8 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = device_scene.device
     ends = PathEnds(paths, bounces, device, arriving=False)
-    ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), EVERYTHING)
+    features = device_scene.generalised().features(lambertian=False)
+    ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), features)
     count = int(ends.filled.numpy()[0])
     vpls = allocate_vpls(count, device)
     launch(gather_vpls_kernel, count, [ends.order, ends.raw, vpls], device)

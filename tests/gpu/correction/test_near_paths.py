@@ -59,7 +59,8 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
         inputs = view.scene, view.gbuffer, view.shading_points
         connect(*inputs, room.known, view.indirect, rays, these)
         bounded = irradiance.numpy().mean(axis=1) * albedo / np.pi
-        trace_near_paths(view.scene, build_light_table(scene), *inputs[1:], room.lights, paths, irradiance)
+        table = build_light_table(scene)
+        trace_near_paths(view.scene, table, *inputs[1:], room.lights, paths, irradiance, view.frame.features)
         sent += bounded / SAMPLES
         given_back += (irradiance.numpy().mean(axis=1) * albedo / np.pi - bounded) / SAMPLES
     # One light set is off by a per cent or so.
@@ -82,7 +83,7 @@ def test_paths_go_on_where_a_wide_bound_takes_much_away(room: Pipeline) -> None:
         paths.sample = sample
         view.indirect.irradiance.zero_()
         inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect.irradiance
-        trace_near_paths(view.scene, table, *inputs)
+        trace_near_paths(view.scene, table, *inputs, view.frame.features)
         found.append(view.indirect.irradiance.numpy().mean(axis=1)[room.pixels])
     light = np.array(found, np.float64)
     assert 0.89 < np.mean(light > 0.0) < 0.925

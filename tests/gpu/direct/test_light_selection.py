@@ -50,7 +50,7 @@ def direct(device_scene: DeviceScene, camera: Camera, seed: int, *, learnt: bool
     table = build_light_table(device_scene)
     probes.run(scene, table, gbuffer, seed)
     samples = direct_samples(4, moment, seed, probes if learnt else None)
-    trace_direct_light(scene, table, gbuffer, SIZE, samples, out, soft)
+    trace_direct_light(scene, table, gbuffer, SIZE, samples, out, soft, device_scene.features(lambertian=True))
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64), probes
 

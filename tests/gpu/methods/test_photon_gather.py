@@ -38,7 +38,7 @@ def test_a_glossy_floor_shows_what_its_lobes_reflect() -> None:
     block = quad((-0.1, -0.3, -0.3), (0.35, 0.0, 0.0), (0.0, 0.4, 0.1), 2)
     floor = quad((-0.5, -0.45, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 3)
     metal = Material(base_color=(0.8, 0.8, 0.8, 1.0), metallic=1.0, roughness=0.35)
-    room = resident_of([*box(), lamp, block, floor], [grey(0.7), grey(0.0, 5.0), grey(0.2), metal])
+    room = resident_of([*box(), lamp, block, floor], [grey(0.7), grey(0.0, 5.0), grey(0.2), metal]).generalised()
     choice = {"component": Component.INDIRECT, "sp_clusters": 300}
     gathers = {"method": Method.PHOTON_GATHER, "photons": 16_000, "gather_rays": 128}
     seen, paths = (

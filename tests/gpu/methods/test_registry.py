@@ -124,7 +124,7 @@ def test_mirrors_and_gloss_take_as_much_more_as_is_told(method: Method) -> None:
 def bytes_of_room(floor: Material, settings: RenderSettings) -> tuple[int, int]:
     """What a renderer and a view of a room take, and what is told of them by pixels."""
     size, lamp = (160, 120), quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    room = resident_of([*box(0), lamp], [floor, grey(0.0, 5.0)])
+    room = resident_of([*box(0), lamp], [floor, grey(0.0, 5.0), replace(floor, roughness=0.2)])
     lights = LightSets(room)
     Renderer(room, size, settings, None, lights)  # makes the light sets
     before = held()
