@@ -23,9 +23,10 @@ def emitted_power(scene: Scene) -> Doubles:
     if not any(material.emits for material in scene.materials):
         return power
     areas = lengths(area_vectors(scene.vertices.astype(np.float64), scene.triangles)) / 2.0
-    for number, material in enumerate(scene.materials):
+    emitting = [(number, material) for number, material in enumerate(scene.materials) if material.emits]
+    for number, material in emitting:  # few of what may be many
         own = np.flatnonzero(scene.triangle_material == number)
-        if material.emits and len(own):
+        if len(own):
             sides = 2.0 if material.double_sided else 1.0
             total = areas[own].sum() / scene.placement.scale**2
             power[number] = sides * np.pi * total * _mean_emission(scene, material, own, areas[own])

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -55,3 +56,12 @@ def test_alpha_of_vertices_counts() -> None:
     colors = np.ones((4, 4))
     colors[:2, 3] = 0.0  # alpha rises from 0 to 1 along the square
     assert emitted_power(scene_of(colors=colors, alpha_mode=AlphaMode.MASK))[0] == pytest.approx(WHOLE / 2.0, rel=0.01)
+
+
+def test_triangles_are_looked_for_of_materials_that_emit_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of()
+    many = replace(scene, materials=(*scene.materials, *[Material()] * 99))
+    looked, found = [], np.flatnonzero
+    monkeypatch.setattr(np, "flatnonzero", lambda of: looked.append(of) or found(of))
+    assert np.array_equal(emitted_power(many)[:1], emitted_power(scene))
+    assert len(looked) == 2
