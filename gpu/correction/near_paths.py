@@ -16,7 +16,7 @@ from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.specialisation import made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
@@ -163,7 +163,7 @@ def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 def trace_near_paths(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
-                     paths: NearPaths, irradiance: wp.array, features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
+                     paths: NearPaths, irradiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
     """Add to the `irradiance` (pixel,) of `sps` what bounds of `vpls` leave out, by a path each.
 
     table: of the scene's emitters, which are sampled wherever a path arrives.

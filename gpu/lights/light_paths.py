@@ -13,7 +13,7 @@ from gpu.core.radix_sort import iota_kernel
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.scattering import focus_of
@@ -257,7 +257,7 @@ def pilot_of(bounces: int, device: wp.Device, paths: int = 4096, *, arriving: bo
 
 
 def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-              features: SceneFeatures = EVERYTHING, *, pilot: PathEnds | None = None,
+              features: SceneFeatures, *, pilot: PathEnds | None = None,
               max_paths_per_vpl: int = 16) -> int:  # fmt: skip
     """How many light paths leave about `wanted` VPLs, by a run of a few; none when there is no light.
 

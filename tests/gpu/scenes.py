@@ -152,7 +152,6 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
 
 def traced_vpls(device_scene: DeviceScene, scene: SceneData, wanted: int, bounces: int) -> Vpls:
     """About `wanted` VPLs of the scene's own lights."""
-    table = build_light_table(device_scene)
-    return trace_light_paths(
-        device_scene, scene, table, paths_for(device_scene, scene, table, wanted, bounces), bounces, 0
-    )
+    table, features = build_light_table(device_scene), device_scene.generalised().features(lambertian=False)
+    paths = paths_for(device_scene, scene, table, wanted, bounces, features)
+    return trace_light_paths(device_scene, scene, table, paths, bounces, 0)

@@ -106,14 +106,16 @@ def test_no_light_and_black_walls_leave_no_vpl() -> None:
 
 def test_a_pilot_run_tells_how_many_paths_are_traced() -> None:
     device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
-    inputs = device_scene, device_scene.data, build_light_table(device_scene)
+    features = device_scene.features(lambertian=False)
+    inputs = device_scene, device_scene.data, build_light_table(device_scene), 20_000, 4, features
     for pilot_paths, options in ((4096, {}), (100, {"pilot": pilot_of(4, wp.get_device("cpu"), 100)})):
         found = paths_in(device_scene, 4, paths=pilot_paths).count
-        assert paths_for(*inputs, 20_000, 4, **options) == round(20_000 * pilot_paths / found)
+        assert paths_for(*inputs, **options) == round(20_000 * pilot_paths / found)
 
 
 def test_light_that_reaches_nothing_is_not_traced_for_ever() -> None:
     away = Light("away", LightKind.SPOT, (5.0, 5.0, 5.0), (0.0, 0.0, 2.0), (0.0, 0.0, 1.0), 0.99, 0.9)
     device_scene = resident_of(box(), [grey(0.5)], lights=[away])
-    inputs = device_scene, device_scene.data, build_light_table(device_scene), 100, 4
+    features = device_scene.features(lambertian=False)
+    inputs = device_scene, device_scene.data, build_light_table(device_scene), 100, 4, features
     assert (paths_for(*inputs), paths_for(*inputs, max_paths_per_vpl=3)) == (1600, 300)
