@@ -109,6 +109,11 @@ def launch_together(
         _launch_on_cpu(kernel, count, inputs, device, count, 1, 1)
 
 
+def launch_on_host(kernel: wp.Kernel, inputs: Sequence[Any]) -> None:
+    """Run a `host_kernel` once, on one core, whatever the device: for what has to be done step by step."""
+    wp.launch(kernel, dim=1, inputs=list(inputs), device="cpu")
+
+
 # What an item of weight 1 of a kernel took last, on one core or a whole GPU [s].
 _costs: dict[wp.Kernel, float] = {}
 

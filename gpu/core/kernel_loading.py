@@ -1,7 +1,7 @@
 """Kernels compiled and loaded side by side, before the frames that launch them; else each waits for the one before."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -22,6 +22,7 @@ PACKAGE = __name__.partition(".")[0]
 LATE_SECONDS = 3.0
 
 _noted: set[wp.Kernel] | None = None
+_host_kernels: set[wp.Kernel] = set()
 # Modules that need no compiler any more, and those that one is at, whoever waits for them; each for a device.
 _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
@@ -72,10 +73,18 @@ def is_noted(kernel: wp.Kernel) -> bool:
     return True
 
 
+def host_kernel(function: Callable[..., None]) -> wp.Kernel:
+    """A kernel that runs on the CPU alone, whatever the device (gpu.core.device.launch_on_host)."""
+    kernel = wp.kernel(function)
+    _host_kernels.add(kernel)
+    return kernel
+
+
 def imported_kernels(package: str = PACKAGE) -> list[wp.Kernel]:
-    """Those at the top of the modules of a package that have been imported."""
+    """Those at the top of the modules of a package that have been imported, but those of the host."""
     modules = [module for name, module in sys.modules.items() if name.startswith(f"{package}.")]
-    return [value for module in modules for value in vars(module).values() if isinstance(value, wp.Kernel)]
+    values = [value for module in modules for value in vars(module).values()]
+    return [value for value in values if isinstance(value, wp.Kernel) and value not in _host_kernels]
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:

@@ -11,8 +11,9 @@ import warp as wp
 
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
+from gpu.device_scene.binary_tree import NO_NODE
 from gpu.device_scene.bvh import Bvh
-from gpu.device_scene.bvh_build import NO_NODE, WIDTH
+from gpu.device_scene.bvh_collapse import WIDTH
 
 
 @wp.kernel

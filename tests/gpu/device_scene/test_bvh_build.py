@@ -3,8 +3,9 @@ import pytest
 import warp as wp
 
 from gpu.device_scene import bvh_build
+from gpu.device_scene.binary_tree import NO_NODE
 from gpu.device_scene.bvh import Bvh
-from gpu.device_scene.bvh_build import NO_NODE, build, with_room
+from gpu.device_scene.bvh_build import build, with_room
 
 CPU = wp.get_device("cpu")
 
@@ -74,3 +75,14 @@ def test_there_is_room_for_up_to_an_eighth_more_nodes() -> None:
     assert lengths == sorted(lengths)
     assert all(count <= length <= 1.125 * count for count, length in enumerate(lengths, 1))
     assert len(set(lengths[3000:4000])) <= 5
+
+
+def test_a_row_of_ever_smaller_things_stays_as_it_was_built() -> None:
+    """Rays would find them soonest in a chain that is longer than a ray's stack."""
+    rng = np.random.default_rng(0)
+    shapes = 0.3 * rng.uniform(-1.0, 1.0, (300, 3, 3)) + np.array([1.0, 0.0, 0.0])
+    triangles = shapes * (0.4 * 1.1 ** -np.arange(300.0))[:, None, None]
+    vertices = wp.array(triangles.reshape(-1, 3), dtype=wp.vec3, device=CPU)
+    indices = wp.array(np.arange(900), dtype=int, device=CPU)
+    bvh = build(vertices, indices, wp.zeros(300, dtype=float, device=CPU))
+    assert sorted(bvh.faces.numpy()) == list(range(300))

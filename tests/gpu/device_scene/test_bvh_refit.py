@@ -3,8 +3,9 @@ import pytest
 import warp as wp
 from devices import DEVICES
 
+from gpu.device_scene.binary_tree import NO_NODE
 from gpu.device_scene.bvh import MAX_LEVELS, Bvh
-from gpu.device_scene.bvh_build import NO_NODE, build
+from gpu.device_scene.bvh_build import build
 from gpu.device_scene.bvh_refit import copied, refit
 from gpu.scene.types import Doubles
 

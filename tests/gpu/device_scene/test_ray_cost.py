@@ -38,7 +38,7 @@ def tree(triangles: Doubles, device: str = "cpu") -> Bvh:
 @pytest.mark.parametrize("apart", [0.0, 1e-6, 1e-3])
 def test_rays_look_at_all_triangles_that_lie_in_nearly_one_place(apart: float, device: str) -> None:
     costs = ray_costs(stacked(500, apart, device))
-    assert 500 <= costs.max() <= 750  # and at the nodes above them
+    assert 450 <= costs.max() <= 750  # but those that lie beside others, and at the nodes above them
     assert len(costs) == 2048
 
 
