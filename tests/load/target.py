@@ -65,13 +65,15 @@ Socket = ClientConnection
 
 
 def target_at(url: str, token: str | None, *, remote: bool) -> Target:
-    """A service that runs already; UserError when it is not on this machine, unless `remote` allows that."""
+    """A service that runs already, at the root of a host or below a path of it; UserError when it is not on this
+    machine, unless `remote` allows that.
+    """
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise UserError(f"{url}: must be the address that `lumenwalk serve` prints, such as http://127.0.0.1:8000")
     if not remote and not is_loopback(parts.hostname):
         raise UserError(f"{url}: is not this machine: --remote allows to load a server that is yours")
-    return Target(f"{parts.scheme}://{parts.netloc}", token)
+    return Target(f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}", token)
 
 
 @asynccontextmanager

@@ -9,6 +9,12 @@ def test_services_of_this_machine_are_loaded(host: str) -> None:
     assert target_at(f"http://{host}:81/?x", None, remote=False).url == f"http://{host}:81"
 
 
+def test_a_service_below_a_path_is_loaded_there() -> None:
+    target = target_at("http://127.0.0.1:81/r/0/", None, remote=False)
+    assert target.url == "http://127.0.0.1:81/r/0"
+    assert target.socket().uri == "ws://127.0.0.1:81/r/0/api/v1/stream"
+
+
 @pytest.mark.parametrize("host", ["example.org", "10.0.0.1", "0.0.0.0", "127.0.0.1.example.org"])
 def test_other_machines_are_loaded_only_when_told(host: str) -> None:
     with pytest.raises(UserError, match="--remote"):
