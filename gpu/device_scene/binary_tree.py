@@ -14,6 +14,7 @@ import warp as wp
 from gpu.core.device import launch, launch_on_host
 from gpu.core.kernel_loading import host_kernel
 from gpu.core.parameters import parameters
+from gpu.scene.types import Doubles, Ints
 
 NO_NODE = wp.constant(-1)
 
@@ -275,13 +276,17 @@ def ordered(tree: BinaryTree) -> wp.array:
     return order[: int((order.numpy() != NO_NODE).sum())]
 
 
-def reinsert(tree: BinaryTree, chosen: ReinsertionParameters = REINSERTION_PARAMETERS) -> None:
-    """Move subtrees to where rays look at less for them; each node must know its parent."""
+def areas_of(tree: BinaryTree, nodes: Ints | slice) -> Doubles:
+    """Half the surface of nodes' boxes (node,)."""
+    size = tree.upper.numpy()[nodes] - tree.lower.numpy()[nodes]
+    return np.asarray(size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0])
+
+
+def reinsert(tree: BinaryTree, order: wp.array, chosen: ReinsertionParameters = REINSERTION_PARAMETERS) -> None:
+    """Move subtrees to where rays look at less for them; order: as of `ordered`, which the tree then has no more."""
+    nodes = order.numpy()
+    areas = areas_of(tree, nodes)
+    largest = nodes[np.argpartition(-areas, min(chosen.moved, len(areas) - 1))[: chosen.moved]]
     for _ in range(chosen.rounds):
-        size = tree.upper.numpy() - tree.lower.numpy()
-        areas = (size * np.roll(size, 1, axis=1)).sum(axis=1)
-        areas[tree.parent.numpy() == NO_NODE] = -1.0
-        largest = np.argpartition(-areas, min(chosen.moved, len(areas) - 1))[: chosen.moved]
-        largest = largest[np.argsort(-areas[largest], kind="stable")]
-        moved = wp.array(largest[areas[largest] >= 0.0], dtype=int, device=tree.parent.device)
-        launch_on_host(reinsert_kernel, [tree, moved])
+        moved = largest[np.argsort(-areas_of(tree, largest), kind="stable")]
+        launch_on_host(reinsert_kernel, [tree, wp.array(moved, dtype=int, device=order.device)])

@@ -53,8 +53,7 @@ def _wide(mesh: wp.Mesh, triangles: int) -> tuple[WideTree, Ints]:
 
     def made(tree: BinaryTree, *, improves: bool) -> tuple[WideTree, Ints]:
         if improves:
-            ordered(tree)
-            reinsert(tree)
+            reinsert(tree, ordered(tree))
         return collapsed(tree, ordered(tree), triangles)
 
     # Rows of ever smaller things are found soonest in chains, which may be longer than a stack.
