@@ -50,7 +50,7 @@ def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[PlacedL
 
 def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
     camera = document.referred(node.entry, "camera", "cameras")
-    name = node.entry.name(camera.name(camera.path))
+    name = node.entry.name(camera.name(f"camera {node.entry.integer('camera')}"))
     kind = camera.text("type")
     far = camera.part(kind).factor("zfar", inf, 0.0)
     towards = -rigid(node.to_world)[:3, 2]
@@ -87,7 +87,7 @@ def _light(document: Document, node: PlacedNode) -> PlacedLight:
         document.ignored.add(problem, entry.name(entry.path), kind="range")
     axes = rigid(node.to_world)
     light = Light(
-        name=entry.name() or node.entry.name(entry.path),
+        name=entry.name() or node.entry.name(f"light {number}"),
         kind=_KINDS[kind],
         intensity=_rgb(np.minimum(color, _MOST)),
         position=_rgb(axes[:3, 3]),

@@ -134,6 +134,15 @@ def test_an_orthographic_camera(gltf: GltfFile) -> None:
     assert camera.near == 2.0
 
 
+def test_what_has_no_name_is_told_by_its_number(gltf: GltfFile) -> None:
+    """As materials are: a page lists them, and a path in the file says nothing there."""
+    lit(gltf, {"type": "point"})
+    gltf.add("cameras", type="perspective", perspective={"yfov": 1.0, "znear": 0.1})
+    gltf.add("nodes", camera=0)
+    scene = gltf.load()
+    assert (scene.lights[0].name, scene.cameras[0].name) == ("light 0", "camera 0")
+
+
 @pytest.mark.parametrize(
     ("camera", "says"),
     [
@@ -168,7 +177,7 @@ def test_an_odd_aspect_ratio_is_mended(gltf: GltfFile) -> None:
     gltf.add("nodes", camera=0, name=7)
     gltf.mesh_node()
     scene = gltf.load()
-    assert (scene.cameras[0].aspect, scene.cameras[0].name) == (16.0 / 9.0, "cameras[0]")
+    assert (scene.cameras[0].aspect, scene.cameras[0].name) == (16.0 / 9.0, "camera 0")
     assert {note.split(":")[0] for note in scene.report.notes} >= {
         "nodes[0].name",
         "cameras[0].perspective.aspectRatio",
