@@ -28,6 +28,11 @@ MAX_PATH_BYTES = 2**20
 _NUMBER = re.compile(r"%(?:0(\d))?d")
 
 
+def is_numbered(output: Path) -> bool:
+    """Whether a file's name has the place of a number, as of many pictures."""
+    return _NUMBER.search(output.name) is not None
+
+
 @dataclass(frozen=True)
 class PictureFiles:
     """Pictures numbered from 1; pattern: a file with the place of the number in its name, such as frame-%04d.png."""

@@ -167,10 +167,12 @@ def _render(options: Namespace) -> int:
     elif options.camera is not None:
         raise UserError("--camera: is of one picture; leave it out, or --path")
 
-    from server.cli.film import render_film
+    from server.cli.film import is_numbered, render_film
     from server.cli.still import render_file
     from server.cli.studio import ChosenScene, PictureOptions
 
+    if options.path is None and is_numbered(output):
+        raise UserError(f"{output}: numbers a film's pictures; give the way of its camera by --path FILE")
     chosen = ChosenScene(options.scene, reading, environment, edits, options.edit)
     pictures = PictureOptions(size, options.device, settings)
     if options.path is None:

@@ -84,6 +84,7 @@ def test_a_film_follows_a_camera_that_an_animation_moves(
     [
         ("film.mp4", ["--path", "none.json"], "--path: none.json: cannot be read: No such file"),
         ("film.mp4", [], "film.mp4: is a film; give the way of its camera by --path FILE"),
+        ("a-%04d.png", [], "a-%04d.png: numbers a film's pictures; give the way of its camera by --path FILE"),
         ("still.png", ["--fps", "25"], "--fps: is of a film; give the way of its camera by --path FILE"),
         ("still.png", ["--path", "PATH"], "still.png: is one file for the many pictures of --path; number them"),
         ("%d%d.png", ["--path", "PATH"], "%d%d.png: is one file for the many"),
