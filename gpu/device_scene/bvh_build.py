@@ -7,11 +7,13 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.core.sharing import DEVICE_SHARING
-from gpu.device_scene.binary_tree import BinaryTree, binary_tree, ordered, reinsert
+from gpu.device_scene.binary_tree import BinaryTree, binary_tree, ordered
 from gpu.device_scene.bvh import MAX_LEVELS, Bvh
 from gpu.device_scene.bvh_collapse import WideTree, collapsed
+from gpu.device_scene.bvh_reinsertion import reinsert
 from gpu.scene.types import Ints
 
+# Of the binary tree's leaves: more are not told apart.
 LEAF_TRIANGLES = 2
 
 
