@@ -118,7 +118,7 @@ def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.
         image = readers[suffix](path)
     except OSError as error:
         raise ImageError(f"{path}: {error.strerror or 'cannot be read'}") from error
-    except (ValueError, EOFError, BadZipFile, zlib.error, RuntimeError) as error:
+    except (ValueError, EOFError, MemoryError, BadZipFile, zlib.error, RuntimeError) as error:
         raise ImageError(f"{path}: not a readable {suffix} file: {error}") from error
     if image.ndim != 3 or image.shape[2] != 3 or image.size == 0 or not np.issubdtype(image.dtype, np.floating):
         raise ImageError(f"{path}: shape {image.shape} of {image.dtype}, expected (height, width, 3) of a float type")
@@ -155,7 +155,7 @@ def _read_exr(path: Path) -> NDArray[np.floating]:
 
 
 def _read_reference(path: Path, component: Component) -> NDArray[np.floating]:
-    with np.load(path, allow_pickle=False) as arrays:
+    with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as arrays:
         wanted = ("full", "direct") if component is Component.INDIRECT else (component.value,)
         for name in wanted:
             if name not in arrays:

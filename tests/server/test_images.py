@@ -107,6 +107,7 @@ def test_real_reference(shared: Path) -> None:
         ("missing.exr", None),
         ("text.npy", b"hello"),
         ("text.npz", b"hello"),
+        ("single.npz", encode_image(None, RADIANCE, ".npy")),
         ("empty.npz", b""),
         ("text.exr", b"hello"),
         ("cut.npy", encode_image(None, RADIANCE, ".npy")[:-9]),
@@ -128,6 +129,14 @@ def test_arrays_that_are_not_rgb_radiance_are_refused(array: NDArray[np.float64]
     np.save(tmp_path / "a.npy", array)
     with pytest.raises(ImageError, match="expected"):
         read_image(tmp_path / "a.npy")
+
+
+def test_an_array_that_is_larger_than_memory_is_refused(tmp_path: Path) -> None:
+    with (tmp_path / "large.npy").open("wb") as file:
+        shape = {"descr": "<f4", "fortran_order": False, "shape": (2**40, 2**9, 3)}
+        np.lib.format.write_array_header_1_0(file, shape)
+    with pytest.raises(ImageError, match=r"large\.npy"):
+        read_image(tmp_path / "large.npy")
 
 
 def test_pickles_are_not_run(tmp_path: Path) -> None:
