@@ -23,7 +23,7 @@ def route_path(scope: Scope) -> str:
 
 
 class Forwarded(ProxyHeadersMiddleware):
-    """ASGI middleware, the outermost one: uvicorn's own for client and scheme, with the prefix besides."""
+    """ASGI middleware around all that judges: uvicorn's own for client and scheme, with the prefix besides."""
 
     def __init__(self, app: ASGIApp, root_path: str, trusted: Collection[str], names: Collection[str]) -> None:
         """root_path: a prefix that is always there, whatever proxies say, else it is the server's; trusted: addresses

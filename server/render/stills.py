@@ -27,8 +27,8 @@ async def render_frames(
 
     If they are more than one, the job's viewer number must be the caller's own. told: hears how many are in.
     After a loss of the worker the frames start anew, up to `max_losses` times without a frame more than before, and
-    MOST_INNOCENT times where it was lost in others' turns. Raises
-    what the futures of `Engine.submit` do; WorkerLostError also when a turn takes more than `turn_seconds`.
+    MOST_INNOCENT times where it was lost in others' turns. Raises what the futures of `Engine.submit` do, and
+    WorkerLostError also when a turn does not come within `turn_seconds`.
     """
     samples = most = losses = innocent = 0
     render_ms, encode_ms, stage_ms = 0.0, 0.0, Counter[str]()

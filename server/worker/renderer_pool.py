@@ -186,8 +186,7 @@ class RendererPool:
         most = f"{max(int(share * width), 1)}×{max(int(share * height), 1)}"
         raise OutOfMemoryError(
             f"{width}×{height} pixels with these settings need about {needed / 1e9:.1f} GB of memory, of which "
-            f"{free / 1e9:.1f} GB are free: ask for at most {most}, or for "
-            " fewer clusters"
+            f"{free / 1e9:.1f} GB are free: ask for at most {most}, or for fewer clusters"
         )
 
     def _bytes_of(self, key: _Key, views: int) -> int:

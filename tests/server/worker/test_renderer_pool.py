@@ -188,7 +188,7 @@ def test_what_there_is_no_memory_for_is_refused_with_what_would_do(
     pool = RendererPool(wp.get_device("cpu"))
     with pytest.raises(OutOfMemoryError, match=r"^7680×4320 pixels .* about 2\d\.\d GB .* 6\.0 GB are free") as refused:
         pool.get(1, 0, scene, (7680, 4320), RenderSettings(), lambda what, fraction: None)
-    width, height = (int(side) for side in re.findall(r"at most (\d+)×(\d+)", str(refused.value))[0])
+    width, height = (int(side) for side in re.findall(r"at most (\d+)×(\d+), or for fewer", str(refused.value))[0])
     assert len(pool) == 0
     pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, NOTHING), width * height * 646)
     free[0] = 0
