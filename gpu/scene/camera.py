@@ -9,6 +9,9 @@ import numpy as np
 from gpu.errors import UserError
 from gpu.scene.types import Camera
 
+FARTHEST = 1e15
+"""Of a camera from the origin [m]: the squares of distances must be numbers of single precision."""
+
 
 class CameraError(UserError):
     """A camera cannot be made from these numbers."""
@@ -26,12 +29,15 @@ def look_at(
 
     yfov_degrees: the whole vertical angle of view, above 0 and below 180; aspect: width over height. Where the view is
     parallel to `up`, the picture's top points away from +Z (so that a plan has north on top).
-    Raises CameraError for non-finite numbers, for eye = target, and for an angle or aspect out of range.
+    Raises CameraError for numbers that are not finite or beyond FARTHEST, for eye = target, and for an angle or aspect
+    out of range.
     """
     position, aim, upward = (np.asarray(vector, dtype=np.float64) for vector in (eye, target, up))
     for label, vector in (("eye", position), ("target", aim), ("up", upward)):
         if vector.shape != (3,) or not np.isfinite(vector).all():
             raise CameraError(f"camera: {label}: needs three finite numbers, got {vector.tolist()}")
+        if np.abs(vector).max() > FARTHEST:
+            raise CameraError(f"camera: {label}: needs numbers of up to {FARTHEST:g}, got {vector.tolist()}")
     if not 0.0 < yfov_degrees < 180.0:
         raise CameraError(f"camera: field of view: needs an angle between 0 and 180 degrees, got {yfov_degrees}")
     if not (isfinite(aspect) and aspect > 0.0):

@@ -42,6 +42,8 @@ def test_view_along_up_still_has_a_frame(target: tuple[float, float, float], up:
         ({"target": (0, 0, 0)}, "target"),
         ({"target": (0, 0, float("nan"))}, "target"),
         ({"eye": (0, 0)}, "eye"),
+        ({"eye": (1e300, 0, 0)}, "eye: needs numbers of up to 1e"),
+        ({"target": (0, -1e20, 0)}, "target: needs numbers of up to 1e"),
         ({"up": (0, 0, 0)}, "up"),
         ({"yfov_degrees": 0.0}, "field of view"),
         ({"yfov_degrees": 180.0}, "field of view"),
