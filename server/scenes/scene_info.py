@@ -1,7 +1,7 @@
 """What viewers are told of a scene."""
 
 from dataclasses import asdict
-from math import atan
+from math import atan, radians, tan
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,8 @@ from server.wire.browser import (
 
 MOST_CAMERAS = 256  # that are listed, more than anyone chooses from; the others can be named by their number
 
+# Fields of view of cameras that are listed: within those of a pose, and of an orthographic one [rad].
+FIELDS_OF_VIEW, PLAN_FIELDS_OF_VIEW = (0.011, 3.09), (radians(1.0), radians(120.0))
 MOST_PARTS = 1000  # lights, and materials, that are listed: who edits chooses from them
 
 
@@ -93,13 +95,23 @@ def _describe_material(one: str, material: Material) -> MaterialInfo:
 
 
 def _describe_camera(camera: Camera, centre: Doubles) -> CameraInfo:
-    # An orthographic camera becomes a perspective one that shows as much at the scene's centre.
-    distance = float(np.linalg.norm(camera.to_world[:3, 3] - centre)) if camera.orthographic else 1.0
+    """A camera that a walk can begin with. An orthographic one becomes a perspective one that shows as much at the
+    scene's centre, from nearer or farther away where that would be too narrow or too wide for a walk.
+    """
+    to_world, near = camera.to_world.copy(), camera.near
+    if camera.orthographic:
+        distance = float(np.linalg.norm(to_world[:3, 3] - centre))
+        farthest, nearest = (camera.half_height / tan(angle / 2.0) for angle in PLAN_FIELDS_OF_VIEW)
+        back = min(max(distance, nearest), farthest) - distance
+        to_world[:3, 3] += back * to_world[:3, 2]
+        yfov, near = 2.0 * atan(camera.half_height / (distance + back)), max(near + back, 0.0)
+    else:
+        yfov = min(max(2.0 * atan(camera.half_height), FIELDS_OF_VIEW[0]), FIELDS_OF_VIEW[1])
     return CameraInfo(
         name=camera.name,
-        matrix=tuple(float(value) for value in camera.to_world.T.flatten()),
-        yfov=2.0 * atan(camera.half_height / max(distance, 1e-9)),
+        matrix=tuple(float(value) for value in to_world.T.flatten()),
+        yfov=yfov,
         aspect=camera.aspect,
         orthographic=camera.orthographic,
-        near=camera.near,
+        near=near,
     )

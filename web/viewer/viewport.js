@@ -19,6 +19,8 @@ export function frameSize(window, limits) {
 
 /** 0 keeps the vertical field of view of an upright picture, 1 keeps the horizontal one that a square would have. */
 const UPRIGHT = 0.75;
+/** The widest that the server renders [rad]. */
+const WIDEST = 3.09;
 
 /**
  * The vertical field of view for a picture's proportions: a camera's own for wide ones, more for upright ones, so that
@@ -27,7 +29,7 @@ const UPRIGHT = 0.75;
  */
 export function fitFov(yfov, aspect) {
   const half = Math.tan(yfov / 2) / Math.min(aspect, 1) ** UPRIGHT;
-  return 2 * Math.atan(half);
+  return Math.min(2 * Math.atan(half), WIDEST);
 }
 
 /** What the picture on a canvas should be. */

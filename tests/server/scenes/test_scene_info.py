@@ -1,5 +1,5 @@
 from dataclasses import replace
-from math import atan
+from math import atan, tan
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
 from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
-from server.wire.browser import AnimationInfo, Bounds
+from server.wire.browser import AnimationInfo, Bounds, Pose
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
 
@@ -60,6 +60,21 @@ def test_an_orthographic_camera_becomes_one_that_shows_as_much(scene: Scene) -> 
     camera = describe_scene("id", scene).cameras[1]
     assert camera.orthographic
     assert camera.yfov == pytest.approx(2.0 * atan(4.0 / 20.0))
+
+
+@pytest.mark.parametrize(
+    ("half_height", "away"), [(4.0, 20.0), (4.0, 0.0), (4.0, 1e-12), (4.0, 1e4), (1e-4, 20.0), (1e5, 20.0)]
+)
+def test_a_walk_can_begin_at_any_camera_that_is_listed(scene: Scene, half_height: float, away: float) -> None:
+    to_world = np.eye(4)
+    to_world[:3, 3] = (100.0, 0.0, away)
+    both = tuple(Camera("", to_world, half_height, orthographic=flat, near=1.0) for flat in (False, True))
+    walk, plan = describe_scene("id", replace(scene, cameras=both)).cameras
+    for camera in (walk, plan):
+        Pose(type="pose", id=1, matrix=camera.matrix, yfov=camera.yfov, near=camera.near)
+    assert walk.matrix[14] == away
+    assert plan.matrix[14] * tan(plan.yfov / 2.0) == pytest.approx(half_height)  # shows as much at the centre
+    assert plan.near == pytest.approx(max(1.0 + plan.matrix[14] - away, 0.0))  # and nothing that is behind the plan
 
 
 def test_what_was_ignored_or_dropped_is_said(scene: Scene) -> None:
