@@ -29,7 +29,7 @@ class ExportQuery(Reading):
     edits: Json[SceneEdits] | None = Field(None, description="all that differs of it, as JSON, instead of what all see")
 
 
-router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 408, 422, 507))
+router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 422, 507))
 
 
 @router.get(

@@ -38,7 +38,7 @@ class FilmRequest(PictureRequest):
     film: FilmSettings = FilmSettings()
 
 
-@router.post("", operation_id="addFilm", status_code=202, responses=refusals(404, 408, *WITH_BODY))
+@router.post("", operation_id="addFilm", status_code=202, responses=refusals(404, *WITH_BODY))
 async def add(wanted: FilmRequest, service: TheService, request: Request, response: Response) -> JobInfo:
     """Queue a film, which is a job like others: /api/v1/jobs tells how far it is and has the MP4 when it is done."""
     await asyncio.to_thread(check_film, wanted.size, wanted.film.codec)

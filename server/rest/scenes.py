@@ -129,7 +129,7 @@ async def scenes(service: TheService) -> Response:
     "",
     operation_id="uploadScene",
     status_code=201,
-    responses=refusals(409, 507, *WITH_BODY),
+    responses=refusals(404, 507, *WITH_BODY),
     openapi_extra={
         "requestBody": {
             "required": True,
@@ -191,7 +191,7 @@ async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     return _named(service, ref)
 
 
-@router.get(SCENE, operation_id="describeScene", responses=refusals(404, 408, 422))
+@router.get(SCENE, operation_id="describeScene", responses=refusals(404, 422))
 async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Reading, Query()]) -> SceneDetails:
     """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded.
 
@@ -200,7 +200,7 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
     return await _details(service, await service.catalogue.look_up(scene_id, reading.options))
 
 
-@router.patch(SCENE, operation_id="editScene", responses=refusals(404, 409, 507, *WITH_BODY))
+@router.patch(SCENE, operation_id="editScene", responses=refusals(404, 507, *WITH_BODY))
 async def edit(
     scene_id: SceneId, patch: ScenePatch, request: Request, service: TheService, reading: Annotated[Reading, Query()]
 ) -> SceneEdits:

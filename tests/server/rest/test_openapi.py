@@ -46,6 +46,14 @@ def test_every_refusal_is_described_in_the_one_form(interface: dict[str, Any]) -
             assert {"408", "413", "422"} <= refused.keys(), path
 
 
+def test_no_refusal_is_described_that_cannot_come(interface: dict[str, Any]) -> None:
+    for method, path, operation in operations(interface):
+        if method == "get":  # which has no body
+            assert not {"408", "413"} & operation["responses"].keys(), path
+        busy = operation["operationId"] in ("unloadScene", "deleteScene", "getResult")
+        assert ("409" in operation["responses"]) == busy, path
+
+
 def test_pictures_and_metrics_are_what_they_are(interface: dict[str, Any]) -> None:
     def kinds(path: str, method: str) -> set[str]:
         return set(interface["paths"][path][method]["responses"]["200"]["content"])
