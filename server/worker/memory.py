@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from resource import getpagesize
 
 import warp as wp
 
@@ -24,7 +25,7 @@ def free_bytes(device: wp.Device) -> int:
 
 def own_bytes(proc: Path = _PROC) -> int:
     """What this process has of the machine's memory."""
-    return int((proc / "self/statm").read_text().split()[1]) * 4096
+    return int((proc / "self/statm").read_text().split()[1]) * getpagesize()
 
 
 def free_host_bytes(proc: Path = _PROC, cgroups: Path = _CGROUPS) -> int:

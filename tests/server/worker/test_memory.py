@@ -34,6 +34,13 @@ def test_a_container_may_have_less_than_its_machine(tmp_path: Path, files: dict[
     assert free_host_bytes(tmp_path, tmp_path) == free
 
 
+def test_pages_are_as_large_as_this_machine_has_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "self").mkdir()
+    (tmp_path / "self/statm").write_text("9000 30 20 1 0 10 0\n")
+    monkeypatch.setattr("server.worker.memory.getpagesize", lambda: 65_536)
+    assert own_bytes(tmp_path) == 30 * 65_536
+
+
 def test_this_machine_has_memory() -> None:
     assert free_bytes(wp.get_device("cpu")) > 2**20
     assert own_bytes() > 2**20
