@@ -6,7 +6,6 @@ the newest pose stay there and nothing waits here. One thread takes jobs and goe
 what renders is a `Backend`; server.worker.backend has the real one.
 """
 
-import ctypes
 import logging
 import os
 import signal
@@ -14,6 +13,7 @@ import socket
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from queue import Empty, Queue
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError, brief
 from server.logs import configure
+from server.scenes.kernel import PR_SET_PDEATHSIG, process_control
 from server.video.live_video import LiveVideo
 from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import (
@@ -65,7 +66,6 @@ from server.worker.reporter import Reporter
 from server.worker.tasks import CancelledError, Tasks, Turn
 from server.worker.turn_clock import TurnClock
 
-PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 FAULT = 70  # exit status after a fault that only a new process can mend
 MOST_WORDS = 4000  # characters of a failure's text
 # That a thread in Python, such as one at the source of a kernel, may hold up the one that renders, which leaves the
@@ -329,8 +329,8 @@ class Worker:
 
 def _end_with_parent() -> None:
     """Be killed when the process that started this one ends: one that is stopped does not read that its pipe ended."""
-    if hasattr(libc := ctypes.CDLL(None), "prctl"):
-        libc.prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
+    with suppress(OSError):
+        process_control(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def work(descriptor: int, backend: Backend) -> int:
