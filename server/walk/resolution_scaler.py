@@ -60,6 +60,7 @@ class ResolutionScaler:
         if locked is None and settings.has_target:
             locked = 1.0
         if locked is not None:
+            self.restart()  # frames of a size that it did not choose tell it nothing
             return _scaled(full, locked)
         if self._scale is None:
             self._scale = next((scale for scale in SCALES if _pixels(full, scale) <= FIRST_PIXELS), SCALES[-1])

@@ -89,6 +89,18 @@ def test_a_lock_is_obeyed_and_measures_nothing() -> None:
     assert scaler.size(FULL, SETTINGS) == (640, 360)
 
 
+def test_what_was_measured_while_a_lock_holds_is_of_no_size_to_be_chosen() -> None:
+    scaler = ResolutionScaler()
+    assert settle(scaler, 10.0 / (1280 * 720))[-1] == FULL
+    for _ in range(9):
+        scaler.size(FULL, SETTINGS, 1.0)
+        scaler.observe(400.0)  # as when the scene has become slower
+    for _ in range(9):
+        scaler.size(FULL, SETTINGS, 0.25)
+        scaler.observe(1.0)
+    assert scaler.size(FULL, SETTINGS) == (640, 360)
+
+
 def test_small_pictures_are_not_made_smaller_than_can_be_seen() -> None:
     assert pace_size((100, 80)) == (80, 64)
     assert pace_size((40, 30)) == (40, 30)
