@@ -84,7 +84,7 @@ class Replica:
             await asyncio.sleep(MIRROR_SECONDS)
             try:
                 await asyncio.to_thread(mirror.update)
-            except OSError as error:
+            except Exception as error:  # each kind of store has errors of its own
                 log.warning("the store of scenes cannot be read: %s", error)
 
     def __del__(self) -> None:

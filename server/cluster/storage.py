@@ -26,7 +26,7 @@ class Mirror:
 
     def update(self) -> None:
         """Fetch what is new or has changed, and delete what is gone; what goes wrong with a file is logged, and it is
-        tried again the next time. Raises OSError when the store cannot be read at all.
+        tried again the next time. Raises the store's errors when it cannot be read at all.
         """
         self._store.invalidate_cache()
         found = self._store.find(self._root, detail=True)
@@ -41,7 +41,7 @@ class Mirror:
             try:
                 self._fetch(entry["name"], self._folder / name)
                 self._held[name] = version
-            except OSError as error:
+            except Exception as error:  # each kind of store has errors of its own
                 log.warning("%s cannot be fetched: %s", name, error)
 
     def _name(self, path: str) -> str | None:
