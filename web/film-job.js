@@ -18,10 +18,11 @@ export async function orderFilm(api, wanted) {
   return body;
 }
 
-/** A job that was ordered before, if the server knows of it still. @param {URL} api @param {string} url @returns {Promise<JobInfo | null>} */
+/** A job that was ordered before; null if the server knows of it no more. @param {URL} api @param {string} url @returns {Promise<JobInfo | null>} rejects if it does not say */
 export async function findFilm(api, url) {
-  const answer = await fetch(new URL("jobs", api)).catch(() => null);
-  const jobs = /** @type {JobInfo[]} */ (answer?.ok ? await answer.json() : []);
+  const answer = await fetch(new URL("jobs", api));
+  if (!answer.ok) throw new FilmError(`The server does not tell of its films (status ${answer.status}).`);
+  const jobs = /** @type {JobInfo[]} */ (await answer.json());
   return jobs.find((job) => job.url === url) ?? null;
 }
 

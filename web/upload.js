@@ -33,9 +33,10 @@ export function upload(scenes, file, progress, signal) {
   });
 }
 
-/** The scenes that can be chosen now. @param {URL} scenes @returns {Promise<SceneName[]>} */
+/** The scenes that can be chosen now. @param {URL} scenes @returns {Promise<SceneName[]>} rejects with UploadError and words for the user */
 export async function listScenes(scenes) {
-  const answer = await fetch(scenes);
+  const answer = await fetch(scenes).catch(() => null);
+  if (!answer) throw new UploadError("The file was sent, but the server does not answer any more; reload the page.");
   if (!answer.ok) throw new UploadError(`The server does not list its scenes (status ${answer.status}).`);
   return answer.json();
 }

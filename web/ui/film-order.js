@@ -80,8 +80,8 @@ export class FilmOrder {
   async #resume() {
     const { url, name } = /** @type {{url?: unknown, name?: unknown}} */ (load(ORDERED) ?? {});
     if (typeof url !== "string" || typeof name !== "string") return;
-    const job = await findFilm(this.#api, url);
-    if (this.#busy) return;
+    const job = await findFilm(this.#api, url).catch(() => undefined);
+    if (this.#busy || job === undefined) return; // it may say more when the page is loaded again
     if (!job) return void save(ORDERED, null);
     this.#work(true);
     this.#watch(job, name);
