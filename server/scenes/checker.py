@@ -28,6 +28,7 @@ from server.settings import ServerSettings
 CHECK = module_command("server.scenes.check_scene")
 AT_ONCE = 2
 MAX_WAITING, MAX_WAITING_OF_ONE = 32, 16
+MAX_ANSWER_BYTES = 2**24  # of what a child says of a scene, which may no longer do as it was told
 log = logging.getLogger("lumenwalk.checker")
 
 
@@ -148,7 +149,10 @@ class Checker:
             raise TooBusyError(f"no process can be started to read {name}: {error.strerror or error}") from None
         try:
             async with asyncio.timeout(self._seconds):
-                output, _ = await process.communicate(request.model_dump_json().encode())
+                output = await _conversation(process, request)
+                if len(output) > MAX_ANSWER_BYTES:
+                    raise SceneError(name, "", "cannot be read: its reader says more than there is; the file is broken")
+                await process.wait()
         except TimeoutError:
             raise SceneError(name, "", too_long(request)) from None
         finally:
@@ -157,3 +161,15 @@ class Checker:
                 await process.wait()
         assert process.returncode is not None
         return answer_of(output, process.returncode, request, name)
+
+
+async def _conversation(process: asyncio.subprocess.Process, request: CheckRequest) -> bytes:
+    """What a child says when it is asked, as far as it is no more than a byte too long."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(request.model_dump_json().encode())
+    process.stdin.close()
+    try:
+        return await process.stdout.readexactly(MAX_ANSWER_BYTES + 1)
+    except asyncio.IncompleteReadError as answer:
+        return answer.partial

@@ -12,7 +12,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
 from gpu.scene.types import Scene
 from server.scenes.checked import CheckRequest, Refused
-from server.scenes.checker import CHECK, ONE_THREAD, answer_of, too_long
+from server.scenes.checker import CHECK, MAX_ANSWER_BYTES, ONE_THREAD, answer_of, too_long
 from server.scenes.kept_scenes import seal
 from server.scenes.packed_scene import read_scene
 from server.wire.worker import SceneRef, Start
@@ -42,7 +42,7 @@ def read_beside(scene: SceneRef, start: Start, packed: str = "") -> Scene:
         )
         status = _run(request, answer.fileno(), scene.id)
         answer.seek(0)
-        said = answer_of(answer.read(), status, request, scene.id)
+        said = answer_of(answer.read(MAX_ANSWER_BYTES), status, request, scene.id)
         if isinstance(said, Refused):
             raise SceneError(scene.id, said.field, said.problem)
         # Nothing that the reader has left behind can change what was checked.

@@ -49,6 +49,8 @@ def test_a_child_that_takes_too_long_is_killed() -> None:
         ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "its reader ended with SIGSEGV"),
         ("raise SystemExit(3)", "its reader ended with status 3"),
         ("print('not an answer')", "its reader ended with status 0"),
+        ("import os; os.close(0); print('not an answer')", "its reader ended with status 0"),
+        ("import sys\nwhile True: sys.stdout.write('{' * 65_536)", "its reader says more than there is"),
         ("import os, signal; os.kill(os.getpid(), signal.SIGXCPU)", "takes more than 25 s"),
         ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "killed by the system, which ran out of memory"),
         ("import resource as r; r.setrlimit(r.RLIMIT_CPU, (1, 2))\nwhile True: pass", "takes more than 25 s"),
