@@ -7,7 +7,8 @@ coordinates become those; angles are radians.
 
 A session
     viewer  hello {protocol, size, scene?, scene_options?, settings?, stream?, codecs?}
-    server  welcome {viewer, scenes, settings_schema, codecs, limits}            at once
+    server  welcome {protocol, viewer, scenes, settings_schema, codecs, limits, still_frames, takes_edits,
+                gives_exports}                                                   at once
             status {state, text, fraction}                   while the scene is read and built
             scene {id, name, cameras, bounds, ...}           when it is known; again after each change
     viewer  pose {id, matrix, yfov, near}
@@ -27,10 +28,10 @@ A session
                 its edits are its own from now on, until it changes scene or leaves: they begin as those of all, who do
                 not see them, nor it what all change; or they are those of all again, which with `share` become what
                 its own were.
-    server  edits {scene, edits, edit, own}
+    server  edits {scene, edits, edit, own, suns}
                 after each scene, and when somebody has edited it: all that differs from its file; `edit` is the newest
-                id of this viewer's `edit` and `own` that was dealt with, also if it was refused. The next frame shows
-                it.
+                id of this viewer's `edit` and `own` that was dealt with, also if it was refused; `suns` says where
+                lights shine that are the sun of a date. The next frame shows it.
     viewer  settings {id, scene?, scene_options?, size?, settings?, stream?}
                 what is left out stays as it is; `settings`, `stream` and `scene_options` are replaced as a whole (what
                 they leave out gets its default). The newest pose is rendered again. After a change of scene, or of how
@@ -39,7 +40,7 @@ A session
                 a message was refused or a render failed; the session goes on without what was asked for. The codes
                 are `ErrorCode`. After a failed render the next one comes with the next settings message.
 
-`status.state` is "loading" (text and fraction say what), "ready" (a frame comes when a pose does) or "recovering" (the
+`status.state` is "loading" (text and fraction say what), "ready" (a frame comes when a pose does), "recovering" (the
 renderer died and is started again: the socket stays, the newest pose is rendered as soon as it is back) or "stopping"
 (the service ends: the socket is about to be closed with 1012). Pose ids and settings ids are the viewer's, from 1,
 increasing; frame ids are the server's, from 1, increasing, and frames are sent in that order. A frame names the newest
