@@ -205,7 +205,6 @@ class IlluminationCut:
             setattr(self._coarse, name, wp.zeros(2 << self._coarse.level, dtype=dtype, device=device))
         self.nodes, self._next = (_allocate_nodes(size, device) for _ in range(2))
         self.sites = allocate_sites(size, device)
-        self.deepest = min(self._coarse.level + ROUNDS, tree.levels)
 
     def choose(self, scene: SceneData) -> None:
         """Choose the nodes for the photons that there are now, and tell the irradiance at them."""

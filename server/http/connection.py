@@ -82,7 +82,6 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         self._tcp = cast(asyncio.Transport, None)
         self.trusted = False
         self.waiting = True  # for a request
-        self.heard = False  # anything of it
         self.unread = False  # the rest of its body
         self.since = loop.time()
         self._debt, self._debt_at = 0.0, self.since  # s of a core
@@ -99,7 +98,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
 
     def expect(self) -> None:
         """A request is answered: the next one may come."""
-        self.waiting, self.heard, self.since = True, False, self._loop.time()
+        self.waiting, self.since = True, self._loop.time()
         self._gated = 0.0
 
     def serve(self) -> None:
@@ -193,7 +192,6 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             self._thrown += nbytes
             self._set_reading()
             return
-        self.heard = True
         data = bytes(self._registry.buffer[:nbytes])
         if not self._stopped and (self.trusted or self._registry.gate.is_open):
             self._parse(data)
