@@ -120,6 +120,7 @@ class Residency:
                     continue
         finally:
             self._opening[scene.id] -= 1
+            self._opening += Counter()  # forgets what has come
 
     def opening(self, scene_id: str) -> bool:
         """Whether a scene is on its way to the device."""

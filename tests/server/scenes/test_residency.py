@@ -86,6 +86,8 @@ def test_a_scene_is_read_and_loaded_once(hall: SceneRef) -> None:
         assert scenes.bytes_of(hall) is None
         infos = await asyncio.gather(*(scenes.open(hall) for _ in range(3)))
         assert {info.id for info in infos} == {"hall.obj"}
+        assert not scenes.opening(hall.id)
+        assert not scenes._opening  # of uploads there is no end
         assert engine.opened == [hall]
         assert (scenes.bytes_of(hall) or 0) > LIGHTING_BYTES
 
