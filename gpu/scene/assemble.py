@@ -7,6 +7,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
+from gpu.scene.blending import blending_notes
 from gpu.scene.boxes import box
 from gpu.scene.bulk import bulk_of
 from gpu.scene.default_light import with_default_light
@@ -127,6 +128,7 @@ def assemble(
     world = frame.to_world(positions)
     too_far = bulk.too_far & ~backdrop & ~np.array([made.emits for made in materials])[material]
     notes += sky_notes(materials)
+    notes += blending_notes(materials[number] for number in np.unique(material).tolist())
     notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
     notes += file_precision(positions, bulk, frame.metres_per_unit)
 
