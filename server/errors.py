@@ -1,5 +1,6 @@
 """What goes wrong over HTTP, as JSON {code, message} with the status that fits."""
 
+from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any
 
@@ -110,12 +111,7 @@ def install(app: FastAPI) -> None:
 
     async def invalid(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, RequestValidationError)
-        first = error.errors()[0]
-        if first["type"] == "json_invalid":
-            why = f"Invalid JSON: {first['ctx']['error']} at character {first['loc'][-1]}"
-            return error_response(422, "bad-request", why)
-        place = ".".join(str(part) for part in first["loc"][1:])
-        return error_response(422, "bad-request", f"{place}: {reason(first)}" if place else reason(first))
+        return error_response(422, "bad-request", _problem(error.errors()[0]))
 
     async def http(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)
@@ -138,6 +134,16 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, invalid)
     app.add_exception_handler(HTTPException, http)
     app.add_exception_handler(Exception, fault)
+
+
+def _problem(first: Mapping[str, Any]) -> str:
+    """What is wrong with a request, and where, of one of the problems that FastAPI tells."""
+    part, *place = first["loc"]
+    if part == "body" and first["type"] == "json_invalid":
+        return f"Invalid JSON: {first['ctx']['error']} at character {place[-1]}"
+    if part == "body" and not place:
+        return "body: must be a JSON object, sent with Content-Type: application/json"
+    return f"{'.'.join(map(str, place))}: {reason(first)}"
 
 
 def _methods(app: FastAPI, request: Request) -> list[str]:

@@ -1,9 +1,11 @@
 import asyncio
 import inspect
+from typing import Annotated, Any
 
 import httpx
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, Query
+from pydantic import BaseModel, Json
 
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from server import errors, refusals
@@ -70,20 +72,37 @@ def test_a_fault_is_told_in_the_same_form_without_what_it_was() -> None:
     assert "secret" not in answer.text
 
 
-def test_a_body_that_is_no_json_is_told_as_that_and_where() -> None:
+class Thing(BaseModel):
+    one: int
+
+
+@pytest.mark.parametrize(
+    ("address", "content", "media_type", "message"),
+    [
+        ("/thing", b'{"one":', "application/json", "Invalid JSON: Expecting value at character 7"),
+        ("/thing", b"[]", "application/json", "body: must be a JSON object, sent with Content-Type"),
+        ("/thing", b"", "application/json", "body: must be a JSON object, sent with Content-Type"),
+        ("/thing", b'{"one": 1}', "text/plain", "body: must be a JSON object, sent with Content-Type"),
+        ("/thing", b"{}", "application/json", "one: is missing"),
+        ("/thing?more=%7B", b'{"one": 1}', "application/json", "more: Invalid JSON: EOF while parsing"),
+    ],
+)
+def test_what_is_wrong_with_a_request_is_told_and_where(
+    address: str, content: bytes, media_type: str, message: str
+) -> None:
     app = FastAPI()
     errors.install(app)
 
     @app.post("/thing")
-    async def post(thing: dict[str, int]) -> None: ...
+    async def post(thing: Thing, more: Annotated[Json[Any] | None, Query()] = None) -> None: ...
 
     async def ask() -> httpx.Response:
         async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
-            return await client.post("/thing", content=b'{"one":', headers={"Content-Type": "application/json"})
+            return await client.post(address, content=content, headers={"Content-Type": media_type})
 
     answer = asyncio.run(ask())
-    message = "Invalid JSON: Expecting value at character 7"
-    assert (answer.status_code, answer.json()) == (422, {"code": "bad-request", "message": message})
+    assert (answer.status_code, answer.json()["code"]) == (422, "bad-request")
+    assert answer.json()["message"].startswith(message)
 
 
 def test_another_method_is_told_which_there_are() -> None:
