@@ -255,5 +255,6 @@ def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = No
 
 def _source(field: str, file: Path | None, given: Mapping[str, Any]) -> str:
     """Where a wrong field is to be mended: in the file, if that has it and neither a flag nor the environment does."""
-    elsewhere = field in given or f"LUMENWALK_{field}".upper() in os.environ
+    told = (name.upper().partition("__")[0] for name in os.environ)  # of a nested field a part, or all of it
+    elsewhere = field in given or f"LUMENWALK_{field}".upper() in told
     return str(file) if file and not elsewhere and field in tomllib.loads(file.read_text()) else "settings"

@@ -49,6 +49,11 @@ def test_a_wrong_flag_is_not_said_to_be_of_the_file(tmp_path: Path, monkeypatch:
     monkeypatch.setenv("LUMENWALK_MAX_VIEWERS", "0")
     with pytest.raises(UserError, match=r"^settings: max_viewers"):
         load_settings(file)
+    monkeypatch.delenv("LUMENWALK_MAX_VIEWERS")
+    file.write_text("[scene_limits]\nmax_lights = 6")
+    monkeypatch.setenv("LUMENWALK_SCENE_LIMITS__MAX_TRIANGLES", "many")
+    with pytest.raises(UserError, match=r"^settings: scene_limits\.max_triangles"):
+        load_settings(file)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
