@@ -41,8 +41,10 @@ class TemporaryFolder:
     def __init__(self) -> None:
         """Raises OSError when there can be none."""
         remove_abandoned(Path(gettempdir()))
-        self.path = Path(mkdtemp(prefix=PREFIX)).resolve()
-        self._lock = hold(self.path)
+        self._lock: int | None = None
+        while self._lock is None:  # another process may take it for abandoned before it is held
+            self.path = Path(mkdtemp(prefix=PREFIX)).resolve()
+            self._lock = hold(self.path)
 
     def remove(self) -> None:
         """Delete it with all that is in it."""

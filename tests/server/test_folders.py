@@ -36,6 +36,23 @@ def test_a_temporary_folder_goes_with_what_is_in_it() -> None:
     assert not folder.path.exists()
 
 
+def test_a_temporary_folder_that_another_process_is_about_to_delete_is_not_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    others: list[int] = []
+
+    def late(folder: Path) -> int | None:
+        if not others and (descriptor := hold(folder)) is not None:
+            others.append(descriptor)
+        return hold(folder)
+
+    monkeypatch.setattr("server.folders.hold", late)
+    folder = TemporaryFolder()
+    os.close(others[0])
+    assert hold(folder.path) is None
+    folder.remove()
+
+
 def test_what_a_killed_process_leaves_goes_at_the_next_start(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": ROOT, "TMPDIR": str(tmp_path)}
     command = [sys.executable, "-c", LEAVES]
