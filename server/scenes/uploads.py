@@ -164,8 +164,10 @@ class Uploads:
         finally:
             self._taking -= 1
             if work is not None:
-                await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
-                self._claims.pop(work, None)
+                try:
+                    await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
+                finally:  # the client may leave this instant
+                    self._claims.pop(work, None)
 
     async def remove(self, scene_id: str) -> None:
         """Delete an upload; UnknownSceneError when there is none of that id."""

@@ -3,10 +3,12 @@ import io
 import json
 import os
 import sys
+import time
 import zipfile
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -366,6 +368,29 @@ def test_an_archive_makes_room_for_what_it_holds_and_no_more_than_there_is(make:
         add(uploads, "c.zip", packed(110_000))
     assert list(uploads.all) == [newer.id]
     assert uploads._claims == {}
+
+
+def test_who_leaves_as_a_refused_file_is_deleted_takes_no_room(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    uploads, deleting, delete = make((sys.executable, "-c", "raise SystemExit(3)")), Event(), module.shutil.rmtree
+
+    def delete_slowly(path: Path, **more: Any) -> None:
+        deleting.set()
+        time.sleep(0.2)
+        delete(path, **more)
+
+    async def body() -> AsyncIterator[bytes]:
+        yield b"content"
+
+    async def run() -> None:
+        task = asyncio.create_task(uploads.add("a.glb", None, body(), lambda _: False))
+        await asyncio.to_thread(deleting.wait, 20)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert uploads._taken == 0
+
+    monkeypatch.setattr(module.shutil, "rmtree", delete_slowly)
+    asyncio.run(run())
 
 
 def test_of_one_client_one_file_is_read_at_a_time(
