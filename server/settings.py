@@ -149,7 +149,9 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
         le=1000,
         description="stills of one client that may wait, twice as many of all; more are told to retry",
     )
-    max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
+    max_wait_seconds: float = Field(
+        default=60.0, gt=0.0, le=3600.0, description="that a still, a pick or an export waits for its turn [s]"
+    )
     max_render_seconds: float = Field(
         default=3600.0, gt=0.0, description="that a still or job may be expected to take the device for [s]"
     )

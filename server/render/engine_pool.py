@@ -14,10 +14,12 @@ from server.render.activity import Activity, EngineState
 from server.render.busy_meter import BusyMeter
 from server.render.cost import Speeds
 from server.render.engine import WORKER, Engine, Make, Turn
+from server.render.pending import Reply
 from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine
 from server.render.schedule import Urgency
-from server.wire.worker import STILLS, SceneRef, Start
+from server.render.worker_link import WorkerLostError
+from server.wire.worker import STILLS, Export, Pick, Render, SceneRef, Start
 
 LATELY_SECONDS = 10.0  # after its last wish, a client no longer counts where engines are compared
 WEIGH_SECONDS = 1.0  # between two looks at whether a walker's engine is more crowded than others
@@ -160,6 +162,20 @@ class EnginePool:
 
         ask()
         return turn
+
+    async def ask(
+        self, client: int, job: Render | Pick | Export, urgency: Urgency, seconds: float | None = None
+    ) -> Reply:
+        """The answer to a job, which is sent in the client's turn. Raises what the futures of `Engine.submit` do;
+        WorkerLostError also when no turn comes within so many seconds.
+        """
+        try:
+            async with asyncio.timeout(seconds):
+                reply = await self.submit(client, job.scene, urgency, lambda: job)
+        except TimeoutError:
+            raise WorkerLostError(f"no turn within {seconds:g} s; try again later") from None
+        assert reply is not None  # there was a job
+        return await reply
 
     def leave(self, client: int) -> None:
         """Free what is kept for a client."""

@@ -1,6 +1,5 @@
 """A picture of one frame or the mean of many, rendered one frame at a time, so that others have their turns between."""
 
-import asyncio
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
@@ -37,7 +36,8 @@ async def render_frames(
         sample = None if frames == 1 else samples
         order = replace(job, sample=sample, output=job.output if last else "none")
         try:
-            done, image = await _turn(engines, order, urgency, turn_seconds)
+            done, image = await engines.ask(order.viewer, order, urgency, turn_seconds)
+            assert isinstance(done, Done)
             if done.samples <= samples:
                 raise InnocentLossError("the renderer was started again, and what it had rendered was lost")
         except WorkerLostError as error:
@@ -56,16 +56,3 @@ async def render_frames(
             told(samples)
         if samples >= frames:
             return replace(done, render_ms=render_ms, encode_ms=encode_ms, stage_ms=dict(stage_ms)), image
-
-
-async def _turn(engines: EnginePool, job: Render, urgency: Urgency, seconds: float | None) -> tuple[Done, bytes]:
-    try:
-        async with asyncio.timeout(seconds):
-            reply = await engines.submit(job.viewer, job.scene, urgency, lambda: job)
-    except TimeoutError:
-        raise WorkerLostError(f"no turn within {seconds:g} s; try again later") from None
-    if reply is None:
-        raise WorkerLostError("the renderer was lost; it is being started again")
-    done, image = await reply
-    assert isinstance(done, Done)
-    return done, image

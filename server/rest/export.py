@@ -54,9 +54,6 @@ async def export(
             raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
         await service.residency.open(ref)
         job = Export(ref, service.edits_of(ref, query.edits))
-        reply = await service.engines.submit(STILLS, ref, Urgency.REFINING, lambda: job)
-        if reply is None:
-            raise WorkerLostError("the renderer was lost; it is being started again")
-        _, file = await reply
+        _, file = await service.engines.ask(STILLS, job, Urgency.REFINING, service.settings.max_wait_seconds)
     name = f"attachment; filename*=UTF-8''{quote(Path(scene_id).stem)}.glb"
     return Response(file, media_type=GLB, headers={"Content-Disposition": name})

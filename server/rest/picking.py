@@ -1,6 +1,5 @@
 """POST /pick: what is at a pixel of a view."""
 
-import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter
@@ -60,13 +59,6 @@ async def pick(wanted: PickRequest, service: TheService) -> PickedPart:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
     await service.residency.open(ref)
     job = Pick(ref, view_of(wanted.camera), wanted.size, place, service.edits_of(ref, wanted.edits))
-    try:
-        async with asyncio.timeout(service.settings.max_wait_seconds):
-            reply = await service.engines.submit(STILLS, ref, Urgency.STILL, lambda: job)
-    except TimeoutError:
-        raise WorkerLostError("no turn came in time; try again later") from None
-    if reply is None:
-        raise WorkerLostError("the renderer was lost; it is being started again")
-    answer, _ = await reply
+    answer, _ = await service.engines.ask(STILLS, job, Urgency.STILL, service.settings.max_wait_seconds)
     assert isinstance(answer, Picked)
     return answer.part

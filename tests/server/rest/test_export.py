@@ -1,7 +1,11 @@
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from harness import Running
+from gradient_worker import SLOW_SEED
+from harness import Running, wait_for
+
+from server.wire.worker import STILLS, Render
 
 HALL = "/api/v1/scenes/rooms/hall.glb"
 
@@ -10,6 +14,17 @@ def test_a_service_gives_no_scene_out_unless_told(running: Running) -> None:
     answer = running.http.get(f"{HALL}/export.glb")
     assert (answer.status_code, answer.json()["code"]) == (403, "forbidden")
     assert "--exports" in answer.json()["message"]
+
+
+def test_an_export_does_not_wait_for_ever(serve: Callable[..., Running]) -> None:
+    service = serve(exports=True, max_wait_seconds=0.05)
+    (engine,) = service.service.engines.engines
+    with ThreadPoolExecutor(1) as pool:
+        slow = pool.submit(service.http.post, "/api/v1/render", json={"size": [8, 8], "settings": {"seed": SLOW_SEED}})
+        wait_for(lambda: any(isinstance(it.job, Render) and it.entry.client == STILLS for it in engine._running))
+        answer = service.http.get("/api/v1/scenes/cornell-box/export.glb")
+        assert (answer.status_code, answer.json()["message"]) == (503, "no turn within 0.05 s; try again later")
+        assert slow.result().status_code == 200
 
 
 def test_a_scene_is_downloaded_with_its_edits(serve: Callable[..., Running], tmp_path: Path) -> None:
