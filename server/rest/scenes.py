@@ -204,7 +204,8 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
 async def edit(
     scene_id: SceneId, patch: ScenePatch, request: Request, service: TheService, reading: Annotated[Reading, Query()]
 ) -> SceneEdits:
-    """Change lights and materials of a scene for all who look at it, from the next frame on; it is loaded for that.
+    """Change a scene for all who look at it, from the next frame on: its lights, materials and objects, and the moment
+    of its animations; it is loaded for that.
 
     The body is a JSON Merge Patch (RFC 7396) of the scene's `edits`: what it names changes, null takes an edit back.
     The answer is all that differs from the file then. A patch with a mistake changes nothing. The parameters say how
