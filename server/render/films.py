@@ -48,7 +48,10 @@ async def render_film(
     told: hears how many frames are in, of all pictures. Raises what `render_frames` does; VideoError where the film
     cannot be made, or becomes too large.
     """
-    folder = TemporaryFolder()
+    try:
+        folder = TemporaryFolder()
+    except OSError as error:
+        raise VideoError(f"there is no place for a film in this server's temporary folder: {error.strerror}") from None
     try:
         path = folder.path / "film.mp4"
         file = await _beside(partial(FilmFile, path, job.size, film.settings))

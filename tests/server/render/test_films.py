@@ -67,6 +67,12 @@ def test_a_film_that_becomes_too_large_ends(temporary: Path) -> None:
     assert list(temporary.iterdir()) == []
 
 
+def test_a_film_that_there_is_no_place_for_is_said(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(temporary / "gone"))
+    with pytest.raises(VideoError, match="temporary folder: No such file"):
+        asyncio.run(render_film(EnginePool([FakeEngine()]), order(), 1, FILM))
+
+
 def test_a_film_that_nobody_wants_leaves_nothing(temporary: Path) -> None:
     engine = FakeEngine()
 
