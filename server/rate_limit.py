@@ -31,11 +31,6 @@ class Bucket:
         self._level -= 1.0
         return True
 
-    @property
-    def full(self) -> bool:
-        """Whether nothing was taken lately."""
-        return self.level >= self._burst
-
     def take(self, amount: float = 1.0) -> float:
         """Take it, in advance if there is too little; returns the seconds to wait until that is made up for."""
         self._level = self.level - amount
@@ -43,11 +38,13 @@ class Bucket:
 
 
 class Buckets:
-    """A bucket for each of many keys, such as addresses. Those that are full again are forgotten."""
+    """A bucket for each of many keys, such as addresses. Where they are too many, those that nothing was taken of for
+    longest are forgotten, which are full again unless there is an attack from everywhere.
+    """
 
     def __init__(self, rate: float, burst: float, now: Callable[[], float] = monotonic) -> None:
         self._of = rate, burst, now
-        self._buckets: dict[Hashable, Bucket] = {}
+        self._buckets: dict[Hashable, Bucket] = {}  # in the order in which was taken of them last
 
     def empty(self, key: Hashable) -> bool:
         """Whether nothing is left for `key`."""
@@ -55,8 +52,8 @@ class Buckets:
 
     def take(self, key: Hashable, amount: float = 1.0) -> None:
         """Take of `key`'s."""
+        bucket = self._buckets.pop(key, None) or Bucket(*self._of)
         if len(self._buckets) >= MAX_REMEMBERED:
-            self._buckets = {known: bucket for known, bucket in self._buckets.items() if not bucket.full}
-        if len(self._buckets) >= MAX_REMEMBERED:  # an attack from everywhere: remember the newest
             del self._buckets[next(iter(self._buckets))]
-        self._buckets.setdefault(key, Bucket(*self._of)).take(amount)
+        self._buckets[key] = bucket
+        bucket.take(amount)
