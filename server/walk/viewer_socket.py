@@ -49,6 +49,7 @@ class ViewerSocket:
 
     async def leave(self, code: int, reason: str) -> None:
         """Close, and raise WebSocketDisconnect."""
+        self._check_open()
         with suppress(TimeoutError):
             async with asyncio.timeout(CLOSE_SECONDS):
                 await self._socket.close(code, reason)

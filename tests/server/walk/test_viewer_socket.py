@@ -64,7 +64,7 @@ def test_nothing_is_sent_after_the_end() -> None:
         assert peer.sent[1]["text"] == READY.model_dump_json()
         assert peer.sent[2]["bytes"] == b"frame"
         assert (peer.sent[3]["code"], peer.sent[3]["reason"]) == (1013, "stalled")
-        for late in (socket.send(READY), socket.send_frame(b"frame")):
+        for late in (socket.send(READY), socket.send_frame(b"frame"), socket.leave(1012, "stopping")):
             with pytest.raises(WebSocketDisconnect):
                 await late
 
