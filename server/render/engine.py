@@ -245,19 +245,19 @@ class Engine:
 
     async def open(self, scene: SceneRef, packed: str = "") -> SceneInfo:
         """Load a scene, `packed` if it was read already, and say what is in it; errors as the futures of `submit`."""
-        reply = await self.submit(STILLS, Urgency.STILL, lambda: OpenScene(scene, packed=packed))
-        if reply is None:
-            raise WorkerLostError("the worker is gone")
-        answer, _ = await reply
+        answer = await self._answer_to(OpenScene(scene, packed=packed))
         assert isinstance(answer, Opened)
         return answer.info
 
     async def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it; errors as the futures of `submit`."""
-        reply = await self.submit(STILLS, Urgency.STILL, lambda: CloseScene(scene))
-        if reply is None:
-            raise WorkerLostError("the worker is gone")
-        await reply
+        await self._answer_to(CloseScene(scene))
+
+    async def _answer_to(self, job: Job) -> Answer:
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: job)
+        assert reply is not None  # there was a job
+        answer, _ = await reply
+        return answer
 
     def leave(self, viewer: int) -> None:
         """Free what the worker keeps for a viewer."""
