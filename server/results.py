@@ -4,13 +4,13 @@ What is found there is taken for what it says only as far as it is a regular fil
 """
 
 import logging
-import os
 import re
-import stat
 from collections.abc import Iterable
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from server.plain_files import read_plain
 
 FOLDER = "results"
 RECORD, PICTURE = ".job.json", ".picture"
@@ -55,8 +55,8 @@ def take(folder: Path, most_bytes: int) -> list[tuple[Result, bytes]]:
             continue
         picture = record.with_name(f"{name[1]}{PICTURE}")
         try:
-            result = Result.model_validate_json(_read(record, MAX_RECORD_BYTES))
-            data = _read(picture, most_bytes)
+            result = Result.model_validate_json(read_plain(record, MAX_RECORD_BYTES))
+            data = read_plain(picture, most_bytes)
             if result.id != name[1]:
                 raise ValueError(f"is the record of {result.id}")
             found.append((record.stat().st_mtime, result, data))
@@ -67,13 +67,3 @@ def take(folder: Path, most_bytes: int) -> list[tuple[Result, bytes]]:
         record.unlink(missing_ok=True)
         picture.unlink(missing_ok=True)
     return [(result, data) for _, result, data in sorted(found, key=lambda it: it[0])]
-
-
-def _read(file: Path, most_bytes: int) -> bytes:
-    """A regular file; OSError or ValueError when it is another one, or a larger one."""
-    descriptor = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    with os.fdopen(descriptor, "rb") as source:
-        status = os.fstat(descriptor)
-        if not stat.S_ISREG(status.st_mode) or status.st_size > most_bytes:
-            raise ValueError("is no file, or a large one")
-        return source.read(most_bytes)

@@ -13,7 +13,6 @@ import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from stat import S_ISREG
 from time import monotonic, time_ns
 from unicodedata import normalize
 from weakref import WeakValueDictionary
@@ -25,6 +24,7 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from server.folders import TemporaryFolder, hold
 from server.places import asker
+from server.plain_files import read_plain
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.archives import UnpackedError
 from server.scenes.checked import Checked
@@ -318,7 +318,7 @@ def _recorded(folder: Path, names: list[str]) -> Iterator[Upload]:
     for name in names:
         record = folder / name
         try:
-            upload = Upload.model_validate_json(_content(record))
+            upload = Upload.model_validate_json(read_plain(record, MAX_RECORD_BYTES))
             if name != f"{upload.folder}{RECORD}" or upload.id in known:
                 raise ValueError("of another upload")
             home = folder / upload.folder
@@ -334,16 +334,6 @@ def _recorded(folder: Path, names: list[str]) -> Iterator[Upload]:
             continue
         known.add(upload.id)
         yield upload.model_copy(update={"bytes": _size(home)})  # whatever the record says, by which others make room
-
-
-def _content(record: Path) -> bytes:
-    """What a record holds. Raises OSError or ValueError for what is no plain file, or too large."""
-    descriptor = os.open(record, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    with os.fdopen(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        if not S_ISREG(status.st_mode) or status.st_size > MAX_RECORD_BYTES:
-            raise ValueError("no plain file, or too large")
-        return file.read()
 
 
 def clean_name(name: str) -> tuple[str, str]:
