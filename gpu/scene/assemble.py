@@ -21,6 +21,7 @@ from gpu.scene.motion import Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
+from gpu.scene.shut_in import is_shut_in
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.soundness import sound
 from gpu.scene.to_world import as_vector, camera_in_world, intensity_scale, light_in_unit_space
@@ -148,8 +149,8 @@ def assemble(
     objects, vertex_object = numbered((part.owners for part in parts), used)
     notes += device_precision(vertices, triangles, 1.0 / placement.scale)
     cameras = [camera_in_world(camera, frame) for camera in found.cameras]
+    glass = np.array([one.is_clear for one in materials])[material[member]]
     if not cameras:
-        glass = np.array([one.is_clear for one in materials])[material[member]]
         cameras = [default_camera(vertices, triangles[member], placement, glass)]
         notes.append("the scene has no camera: a view was chosen")
     scene = Scene(
@@ -176,11 +177,20 @@ def assemble(
     )
     shines = any(max(light.intensity) > 0.0 for light in scene.lights)
     if shines or scene.sky is not None or emitted_power(scene).any():
-        return scene
+        if found.cameras or not _stands_outside(cameras[0], low, high) or not is_shut_in(scene):
+            return scene
+        # Its fronts may face outwards, as those of a cube that became a room: there is nothing to see but from within.
+        return replace(scene, cameras=(default_camera(vertices, triangles[member][:, ::-1], placement, glass),))
     if not scene.lights:
         return with_default_light(scene)
     said = "all its lights are switched off (their intensity is 0), so it is dark"
     return replace(scene, report=replace(scene.report, notes=(*scene.report.notes, said)))
+
+
+def _stands_outside(camera: Camera, low: Doubles, high: Doubles) -> bool:
+    """Whether `camera` is outside of the box from `low` to `high` (3,)."""
+    eye = camera.to_world[:3, 3]
+    return bool((eye < low).any() or (eye > high).any())
 
 
 def _far_away(too_far: Mask, distances: Doubles) -> list[str]:

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gpu.scene.host_rays import HostRays
-from gpu.scene.types import AlphaMode, Camera, Doubles, Light, LightKind, Mask, Rgb, Scene, Sky
+from gpu.scene.host_rays import HostRays, solid_triangles
+from gpu.scene.types import Camera, Doubles, Light, LightKind, Mask, Rgb, Scene, Sky
 
 SOFT_SKY = Sky((1.0, 1.0, 1.0))
 _ACROSS, _DOWN = 6, 4  # places in the picture that are looked at
@@ -27,9 +27,7 @@ class _Seen:
 
 def with_default_light(scene: Scene) -> Scene:
     """`scene`, in which nothing emits, with a light that reaches what its first camera sees; its notes say which."""
-    solid = np.array([_stops_light(m.alpha_mode, m.base_color[3], m.solid_alpha) for m in scene.materials])
-    solid &= ~np.array([m.backdrop or m.is_clear for m in scene.materials])
-    kept = solid[scene.triangle_material]
+    kept = solid_triangles(scene)
     rays = HostRays(scene.vertices, scene.triangles[kept])
     one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material[kept]]
     count = int(np.clip(_TESTS / len(scene.triangles) / (_WAYS + _LAMPS + 2), _LEAST_SEEN, _ACROSS * _DOWN))
@@ -54,10 +52,6 @@ def without_default_light(scene: Scene) -> Scene:
 
 def _noted(scene: Scene, sentence: str) -> Scene:
     return replace(scene, report=replace(scene.report, notes=(*scene.report.notes, sentence)))
-
-
-def _stops_light(mode: AlphaMode, alpha: float, least: float) -> bool:
-    return mode is AlphaMode.OPAQUE or alpha >= least
 
 
 def _eye(scene: Scene) -> Doubles:

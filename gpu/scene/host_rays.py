@@ -3,7 +3,7 @@
 import numpy as np
 
 from gpu.scene.normals import area_vectors, unit_rows
-from gpu.scene.types import Doubles, Floats, Integers, Mask
+from gpu.scene.types import AlphaMode, Doubles, Floats, Integers, Mask, Scene
 
 # Shares of a triangle by which rounding may lose a ray at its edges.
 _WIDER = 1e-6
@@ -53,6 +53,16 @@ class HostRays:
         distance = np.where(met, t, np.inf)
         nearest = int(np.argmin(distance))
         return float(distance[nearest]), int(which[nearest])
+
+
+def solid_triangles(scene: Scene) -> Mask:
+    """Which triangles (triangle,) of a scene stop light: none of a sky, of clear glass or of a faint alpha."""
+    solid = [
+        not (material.backdrop or material.is_clear)
+        and (material.alpha_mode is AlphaMode.OPAQUE or material.base_color[3] >= material.solid_alpha)
+        for material in scene.materials
+    ]
+    return np.array(solid)[scene.triangle_material]
 
 
 def _squares(rows: Doubles | Floats) -> Doubles:
