@@ -10,6 +10,7 @@ from time import monotonic
 from gpu.errors import brief
 from gpu.scene.load import SUFFIXES
 from server.scenes.clutter import is_clutter
+from server.wire.browser import MAX_SCENE_ID
 
 MAX_LISTED = 10_000  # scene files
 MAX_LOOKED_AT = 200_000  # entries of all folders
@@ -22,8 +23,8 @@ def scene_files(folder: Path) -> dict[str, str]:
     """Whole paths of the scene files in `folder` by their path inside it, in the order of that.
 
     Left out are links that lead out of the folder, what is no plain file, what cannot be read, and names that cannot be
-    shown (not UTF-8, with control characters, or with turns of the direction of writing); where there is too much, what
-    is deepest. Folders that are links are not entered.
+    shown (not UTF-8, with control characters, or with turns of the direction of writing) or asked for (longer than
+    MAX_SCENE_ID); where there is too much, what is deepest. Folders that are links are not entered.
     """
     root = os.path.realpath(folder)
     found: dict[str, str] = {}
@@ -52,7 +53,7 @@ def scene_files(folder: Path) -> dict[str, str]:
 
 def _is_scene(entry: "os.DirEntry[str]", inside: str, root: str) -> bool:
     try:
-        if brief(inside, len(inside)) != inside:  # what would be shown is another name
+        if len(inside) > MAX_SCENE_ID or brief(inside, len(inside)) != inside:  # what would be shown is another name
             return False
         path = PurePosixPath(inside)
         if is_clutter(path) or path.suffix.lower() not in SUFFIXES or not S_ISREG(entry.stat().st_mode):

@@ -78,7 +78,8 @@ MAX_SIDE = 16_384
 Side = Annotated[int, Field(ge=1, le=MAX_SIDE)]
 Size = tuple[Side, Side]
 Id = Annotated[int, Field(ge=1, le=2**32 - 1)]
-SceneId = Annotated[str, Field(min_length=1, max_length=512)]
+MAX_SCENE_ID = 512  # characters
+SceneId = Annotated[str, Field(min_length=1, max_length=MAX_SCENE_ID)]
 Matrix = Annotated[tuple[FiniteFloat, ...], Field(min_length=16, max_length=16)]
 RIGID_TOLERANCE = 1e-3
 MOST_PATCHED = 1000  # lights, or materials, that one patch may name

@@ -35,6 +35,15 @@ def test_each_entry_is_judged_alone(folder: Path) -> None:
     assert scene_files(folder)["deep/b.GLTF"] == str(folder / "deep" / "b.GLTF")
 
 
+def test_what_nobody_could_ask_for_is_not_listed(folder: Path) -> None:
+    long = "d" * 250
+    (folder / long / long).mkdir(parents=True)
+    for name in ("a" * 6, "b" * 7):
+        (folder / long / long / f"{name}.glb").write_bytes(b"")
+    ids = [one for one in scene_files(folder) if one.startswith("d" * 250)]
+    assert [(len(one), one[-10:]) for one in ids] == [(512, "aaaaaa.glb")]
+
+
 def test_a_folder_that_cannot_be_read_is_passed_over(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scan = os.scandir
 
