@@ -9,8 +9,8 @@ import numpy as np
 from gpu.errors import UserError
 from gpu.scene.types import Camera
 
-FARTHEST = 1e15
-"""Of a camera from the origin [m]: the squares of distances must be numbers of single precision."""
+FARTHEST = 1e150
+"""Of a camera from the origin [m]: the squares of distances must be numbers."""
 
 
 class CameraError(UserError):

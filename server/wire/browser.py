@@ -62,7 +62,6 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
 
 from gpu.errors import UserError
-from gpu.scene.camera import FARTHEST
 from gpu.scene.edits import Color, LightEdit, MaterialEdit, ObjectEdit, PartId, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.moment import AnimationId, Moment
@@ -82,6 +81,7 @@ MAX_SCENE_ID = 512  # characters
 SceneId = Annotated[str, Field(min_length=1, max_length=MAX_SCENE_ID)]
 Matrix = Annotated[tuple[FiniteFloat, ...], Field(min_length=16, max_length=16)]
 RIGID_TOLERANCE = 1e-3
+MAX_DISTANCE = 1e15  # of a camera from the origin: the squares of distances must be numbers of single precision
 MOST_PATCHED = 1000  # lights, or materials, that one patch may name
 
 
@@ -387,8 +387,8 @@ class Error(Message):
 def check_rigid(matrix: tuple[float, ...]) -> None:
     """ValueError unless a column-major 4×4 is a rotation (unit axes, right-handed) and a translation, not too far."""
     x1, x2, x3, x4, y1, y2, y3, y4, z1, z2, z3, z4, *place, one = matrix
-    if max(map(abs, place)) > FARTHEST:
-        raise ValueError(f"must be within {FARTHEST:g} of the origin")
+    if max(map(abs, place)) > MAX_DISTANCE:
+        raise ValueError(f"must be within {MAX_DISTANCE:g} of the origin")
     # Written out: every viewer's every pose is checked, and loops take ten times as long.
     lengths = x1 * x1 + x2 * x2 + x3 * x3 - 1.0, y1 * y1 + y2 * y2 + y3 * y3 - 1.0
     cosine = x1 * y1 + x2 * y2 + x3 * y3
