@@ -31,6 +31,7 @@ from server.render.pending import RenderFaultError
 from server.render.worker_link import WorkerLostError
 
 RETRY_SECONDS = 2
+_NO_OBJECT = ("missing", "model_attributes_type", "dict_type")  # how pydantic says that something is none
 
 
 class ErrorBody(BaseModel):
@@ -141,9 +142,9 @@ def _problem(first: Mapping[str, Any]) -> str:
     part, *place = first["loc"]
     if part == "body" and first["type"] == "json_invalid":
         return f"Invalid JSON: {first['ctx']['error']} at character {place[-1]}"
-    if part == "body" and not place:
+    if part == "body" and first["type"] in _NO_OBJECT and not place:
         return "body: must be a JSON object, sent with Content-Type: application/json"
-    return f"{'.'.join(map(str, place))}: {reason(first)}"
+    return f"{'.'.join(map(str, place)) or part}: {reason(first)}"
 
 
 def _methods(app: FastAPI, request: Request) -> list[str]:

@@ -1,11 +1,11 @@
 import asyncio
 import inspect
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import httpx
 import pytest
 from fastapi import FastAPI, Query
-from pydantic import BaseModel, Json
+from pydantic import BaseModel, Json, model_validator
 
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from server import errors, refusals
@@ -74,6 +74,13 @@ def test_a_fault_is_told_in_the_same_form_without_what_it_was() -> None:
 
 class Thing(BaseModel):
     one: int
+    two: int = 0
+
+    @model_validator(mode="after")
+    def _differ(self) -> Self:
+        if self.one == self.two:
+            raise ValueError("one and two must differ")
+        return self
 
 
 @pytest.mark.parametrize(
@@ -84,6 +91,7 @@ class Thing(BaseModel):
         ("/thing", b"", "application/json", "body: must be a JSON object, sent with Content-Type"),
         ("/thing", b'{"one": 1}', "text/plain", "body: must be a JSON object, sent with Content-Type"),
         ("/thing", b"{}", "application/json", "one: is missing"),
+        ("/thing", b'{"one": 0}', "application/json", "body: one and two must differ"),
         ("/thing?more=%7B", b'{"one": 1}', "application/json", "more: Invalid JSON: EOF while parsing"),
     ],
 )
