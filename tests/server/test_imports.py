@@ -20,7 +20,7 @@ FLOORS = (
     {"render"},
     {"settings", "metrics", "logs", "places", "rate_limit", "results"},
     {"wire"},
-    {"images", "video", "refusals", "addresses", "folders"},
+    {"images", "video", "refusals", "addresses", "folders", "plain_files"},
     {"srgb_profile", "png"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
