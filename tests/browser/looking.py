@@ -11,6 +11,17 @@ PIXEL = """([x, y]) => {
     copy.drawImage(view, -Math.floor(x * view.width), -Math.floor(y * view.height));
     return [...copy.getImageData(0, 0, 1, 1).data.slice(0, 3)];
 }"""
+CUT_CHOICES = """() => {
+    const pen = document.createElement("canvas").getContext("2d");
+    return [...document.querySelectorAll(".field select:not([multiple])")].filter((select) => select.clientWidth)
+        .flatMap((select) => {
+            const style = getComputedStyle(select);
+            pen.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
+            const room = select.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
+            const cut = (text) => pen.measureText(text).width > room;
+            return [...select.options].map((option) => option.text).filter(cut);
+        });
+}"""
 
 
 def pixel(page: Page, x: float = 0.5, y: float = 0.5) -> tuple[int, int, int]:
@@ -69,3 +80,9 @@ def overlapping(edges: Mapping[str, Edges]) -> list[tuple[str, str]]:
     return [
         (one, other) for (one, a), (other, b) in pairs if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
     ]
+
+
+def cut_choices(page: Page) -> list[str]:
+    """The choices of visible fields whose ends are cut off."""
+    cut: list[str] = page.evaluate(CUT_CHOICES)
+    return cut

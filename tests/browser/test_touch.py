@@ -5,19 +5,8 @@ from contextlib import closing
 
 import pytest
 from harness import Running
+from looking import cut_choices
 from playwright.sync_api import Browser, Page, expect
-
-CUT_CHOICES = """() => {
-    const pen = document.createElement("canvas").getContext("2d");
-    return [...document.querySelectorAll(".field select:not([multiple])")].filter((select) => select.clientWidth)
-        .flatMap((select) => {
-            const style = getComputedStyle(select);
-            pen.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
-            const room = select.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
-            const cut = (text) => pen.measureText(text).width > room;
-            return [...select.options].map((option) => option.text).filter(cut);
-        });
-}"""
 
 
 @pytest.fixture
@@ -35,4 +24,4 @@ def test_choices_are_to_be_read_to_their_end(page: Page, gradients: Running, she
     page.locator(f"#toggle-{sheet}").tap()
     page.evaluate("() => document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     expect(page.locator(f"#{sheet} .field select").first).to_be_visible()
-    assert page.evaluate(CUT_CHOICES) == []
+    assert cut_choices(page) == []

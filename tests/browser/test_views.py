@@ -8,7 +8,7 @@ from urllib.parse import parse_qs, urlsplit
 import numpy as np
 import pytest
 from harness import Running
-from looking import pixel, rest, wait_for, walk
+from looking import cut_choices, pixel, rest, wait_for, walk
 from PIL import Image
 from playwright.sync_api import Page, expect
 from staged import Stage
@@ -222,6 +222,7 @@ def test_how_a_file_is_read_can_be_chosen(page: Page, stage: Stage) -> None:
     stage.scene("hall.glb", choices=choices)
     page.keyboard.press("KeyP")
     expect(page.get_by_label("unit of the file")).to_contain_text("automatic: m")
+    assert cut_choices(page) == []
     page.get_by_label("variant").select_option("beech")
     wait_for(page, lambda: stage.all("settings")[-1].get("scene_options", {}).get("variant") == "beech")
     assert stage.all("settings")[-1]["scene"] == "hall.glb"
