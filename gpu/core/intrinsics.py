@@ -1,4 +1,4 @@
-"""What Warp has no function for: warp shuffles and votes, wide loads, and counting of bits.
+"""What Warp has no function for: warp shuffles and votes, wide loads, counting and reversing of bits.
 
 Lanes are neighbouring threads that share the work of one item, where there are too few items for a GPU's threads. Item
 i has the threads `lanes`·i to `lanes`·i + lanes − 1, which are in one warp and must all reach each sum. On a CPU an
@@ -158,3 +158,14 @@ def lowest_bit(bits: wp.uint32) -> wp.int32:
 """)
 def bit_count(bits: wp.uint32) -> wp.int32:
     """How many bits are set."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __brev(bits);
+#else
+    return __builtin_bitreverse32(bits);
+#endif
+""")
+def reversed_bits(bits: wp.uint32) -> wp.uint32:
+    """The 32 bits in reverse order."""

@@ -120,13 +120,13 @@ class SceneData:
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,)
-    RGBA8, least significant byte red; decode (256,) sRGB to linear; sky (1,): radiance of gpu.scene.types.Sky, or
-    the tint of the `environment` that there is instead where has_environment says so. alpha: rays must test masks;
-    textured, glossy, coated, sheened, filmed, transmissive, specular: rays may hit textures, narrow specular lobes,
-    clear coats, sheen, thin films, glass, mirrors or clear glass; one_sided: cameras do not see the backs of some
-    surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light
-    through; coverage: a seed by which BLEND surfaces are there or not with the probability alpha, 0: they are where
-    alpha is one half or more.
+    RGBA8, least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky
+    (1,): radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment
+    says so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, transmissive, specular: rays may
+    hit textures, narrow specular lobes, clear coats, sheen, thin films, glass, mirrors or clear glass; one_sided:
+    cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal;
+    ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or not with the
+    probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh

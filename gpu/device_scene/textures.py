@@ -29,29 +29,26 @@ NO_MAP = wp.constant(-1)
 
 @wp.func
 def wrapped(index: int, size: int, mode: int) -> int:
-    """A texel's index brought into [0, size) by a wrap mode of gpu.scene.types.Wrap."""
+    """A texel's index, from -1 to 2·size, brought into [0, size) by a wrap mode of gpu.scene.types.Wrap."""
     if mode == WRAP_CLAMP:
         return wp.clamp(index, 0, size - 1)
     period = wp.where(mode == WRAP_MIRROR, 2 * size, size)
-    rest = index % period
-    if rest < 0:
-        rest += period
+    rest = wp.where(index < 0, index + period, index)
+    rest = wp.where(rest < period, rest, rest - period)
+    rest = wp.where(rest < period, rest, rest - period)
     return wp.where(rest < size, rest, 2 * size - 1 - rest)
 
 
 @wp.func
-def texel(scene: SceneData, texture: TextureData, x: int, y: int) -> wp.vec4:
-    """One texel as linear RGBA."""
-    row = wrapped(y, texture.height, texture.wrap_t)
-    column = wrapped(x, texture.width, texture.wrap_s)
-    packed = scene.texels[texture.first + row * texture.width + column]
+def texel(scene: SceneData, texture: TextureData, place: int) -> wp.vec4:
+    """One texel of a texture as linear RGBA; place: row by row."""
+    packed = scene.texels[texture.first + place]
     r = int(packed & wp.uint32(255))
     g = int((packed >> wp.uint32(8)) & wp.uint32(255))
     b = int((packed >> wp.uint32(16)) & wp.uint32(255))
-    a = float((packed >> wp.uint32(24)) & wp.uint32(255)) / 255.0
-    if texture.srgb:
-        return wp.vec4(scene.decode[r], scene.decode[g], scene.decode[b], a)
-    return wp.vec4(float(r) / 255.0, float(g) / 255.0, float(b) / 255.0, a)
+    a = int((packed >> wp.uint32(24)) & wp.uint32(255))
+    coding = wp.where(texture.srgb, 256, 0)
+    return wp.vec4(scene.decode[coding + r], scene.decode[coding + g], scene.decode[coding + b], scene.decode[a])
 
 
 @wp.func
@@ -68,16 +65,18 @@ def sample_texture(scene: SceneData, slot: SlotData, uv: wp.vec2) -> wp.vec4:
         x = wp.clamp(s, 0.0, 1.0) * float(texture.width)
     if texture.wrap_t == WRAP_CLAMP:
         y = wp.clamp(t, 0.0, 1.0) * float(texture.height)
-    if texture.nearest:
-        return texel(scene, texture, int(wp.floor(x)), int(wp.floor(y)))
-    x -= 0.5
-    y -= 0.5
-    left = int(wp.floor(x))
-    top = int(wp.floor(y))
-    fx = x - float(left)
-    fy = y - float(top)
-    upper = texel(scene, texture, left, top) * (1.0 - fx) + texel(scene, texture, left + 1, top) * fx
-    lower = texel(scene, texture, left, top + 1) * (1.0 - fx) + texel(scene, texture, left + 1, top + 1) * fx
+    # Of one that is not filtered, only the first of the four counts: many kernels have this code several times.
+    to_middle = wp.where(texture.nearest, 0.0, 0.5)
+    left = int(wp.floor(x - to_middle))
+    top = int(wp.floor(y - to_middle))
+    fx = wp.where(texture.nearest, 0.0, x - to_middle - float(left))
+    fy = wp.where(texture.nearest, 0.0, y - to_middle - float(top))
+    first = wrapped(left, texture.width, texture.wrap_s)
+    second = wrapped(left + 1, texture.width, texture.wrap_s)
+    above = wrapped(top, texture.height, texture.wrap_t) * texture.width
+    below = wrapped(top + 1, texture.height, texture.wrap_t) * texture.width
+    upper = texel(scene, texture, above + first) * (1.0 - fx) + texel(scene, texture, above + second) * fx
+    lower = texel(scene, texture, below + first) * (1.0 - fx) + texel(scene, texture, below + second) * fx
     return upper * (1.0 - fy) + lower * fy
 
 

@@ -135,10 +135,11 @@ def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndar
     return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
 
 
-def _srgb_decode() -> np.ndarray:
-    """Linear value of each sRGB byte, shape (256,) (IEC 61966-2-1)."""
+def _decoded_bytes() -> np.ndarray:
+    """What each byte of a texture stands for, shape (512,): where it is linear, then sRGB (IEC 61966-2-1)."""
     encoded = np.arange(256) / 255.0
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return np.concatenate([encoded, linear]).astype(np.float32)
 
 
 class DeviceScene:
@@ -352,7 +353,7 @@ class DeviceScene:
         entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
-        data.decode = self._upload(_srgb_decode(), wp.float32)
+        data.decode = self._upload(_decoded_bytes(), wp.float32)
         slots = [slot for material in self.scene.materials for slot in _slots(material)]
         rows = np.zeros(max(len(slots), 1), _SLOT)
         for row, (use, slot) in zip(rows, slots, strict=False):

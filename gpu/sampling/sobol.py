@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from gpu.core.intrinsics import reversed_bits
+
 TO_UNIT = wp.constant(2.3283064365386963e-10)  # 2⁻³²
 BELOW_ONE = wp.constant(0.99999994)
 MIX_1 = wp.constant(wp.uint32(0x7FEB352D))
@@ -21,16 +23,6 @@ def hashed(x: wp.uint32) -> wp.uint32:
     x *= MIX_2
     x ^= x >> wp.uint32(16)
     return x
-
-
-@wp.func
-def reversed_bits(x: wp.uint32) -> wp.uint32:
-    """The 32 bits in reverse order."""
-    x = ((x >> wp.uint32(1)) & wp.uint32(0x55555555)) | ((x & wp.uint32(0x55555555)) << wp.uint32(1))
-    x = ((x >> wp.uint32(2)) & wp.uint32(0x33333333)) | ((x & wp.uint32(0x33333333)) << wp.uint32(2))
-    x = ((x >> wp.uint32(4)) & wp.uint32(0x0F0F0F0F)) | ((x & wp.uint32(0x0F0F0F0F)) << wp.uint32(4))
-    x = ((x >> wp.uint32(8)) & wp.uint32(0x00FF00FF)) | ((x & wp.uint32(0x00FF00FF)) << wp.uint32(8))
-    return (x >> wp.uint32(16)) | (x << wp.uint32(16))
 
 
 @wp.func
