@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.core.device import BLOCK
+from gpu.core.device import BLOCK, block_of
 from gpu.core.kernel_loading import (
     LateKernels,
     compile_for,
@@ -26,31 +26,40 @@ FEW = {"vpls": 256, "vpl_clusters": 16, "sp_clusters": 16, "samples": 1}
 WALKED, AVERAGED = 2, STILL_VIEW_PARAMETERS.smoothed_frames + 2
 
 
-def frame_kernels(device_scene: DeviceScene, settings: RenderSettings) -> set[wp.Kernel]:
-    """What frames of a scene with these settings launch, and the making of its light: both are gone through."""
+def frame_kernels(
+    device_scene: DeviceScene, settings: RenderSettings, *, walked: int = WALKED, averaged: int = AVERAGED
+) -> set[wp.Kernel]:
+    """What frames of a scene with these settings launch, and the making of its light: both are gone through.
+
+    walked, averaged: frames of a camera that moves, and of one that does not.
+    """
     few, camera = settings.model_copy(update=FEW), device_scene.scene.cameras[0]
     launched = set[wp.Kernel]()
     for width, height in SIZES:
         mean = Accumulation(width * height, device_scene.device)
         with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run
             renderer = Renderer(device_scene, (width, height), few)
-            for _ in range(WALKED):
+            for _ in range(walked):
                 renderer.render(camera, walks=True)
-            for _ in range(AVERAGED):
+            for _ in range(averaged):
                 renderer.render(camera, mean)
         launched |= kernels
     return launched
 
 
-def _block_of(device: wp.Device) -> int:
-    return BLOCK if device.is_cuda else 1
-
-
 def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
     """Load the kernels of a scene with these settings, side by side; those in Warp's cache are not compiled again."""
-    device, block = device_scene.device, _block_of(device_scene.device)
-    load_kernels(imported_kernels(), device, block)
-    load_kernels(frame_kernels(device_scene, settings), device, block)
+    device = device_scene.device
+    load_kernels([*frame_kernels(device_scene, settings), *imported_kernels()], device, block_of(device))
+
+
+def warm_up_still(device_scene: DeviceScene, settings: RenderSettings, frames: int) -> None:
+    """As `warm_up`, for pictures of cameras that stay where they are, means of so many `frames`: what no frame of these
+    launches is left out.
+    """
+    device = device_scene.device
+    kernels = frame_kernels(device_scene, settings, walked=0, averaged=min(frames, AVERAGED))
+    load_kernels(kernels, device, block_of(device))
 
 
 def warm_up_for(architecture: int, device_scene: DeviceScene, settings: RenderSettings) -> None:
@@ -67,17 +76,16 @@ def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKer
     """As `warm_up`, but where Warp's cache lacks some of the scene's own kernels, and has all general ones of it, load
     those, and return what is compiled meanwhile: until that is there, `device_scene.generalised()` is to be rendered.
     """
-    device, block = device_scene.device, _block_of(device_scene.device)
+    device, block = device_scene.device, block_of(device_scene.device)
 
     def cached(kernels: set[wp.Kernel]) -> bool:
         return all(is_compiled(kernel, device, block) for kernel in kernels)
 
-    load_kernels(imported_kernels(), device, block)
     own = frame_kernels(device_scene, settings)
     if compiles_beside(device) and not cached(own):
         general = frame_kernels(device_scene.generalised(), settings)
         if cached(general):
-            load_kernels(general, device, block)
+            load_kernels([*general, *imported_kernels()], device, block)
             return LateKernels(own - general, device, block)
-    load_kernels(own, device, block)
+    load_kernels([*own, *imported_kernels()], device, block)
     return None

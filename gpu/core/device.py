@@ -77,6 +77,11 @@ def choose_device(name: str | None) -> wp.Device:
     return device
 
 
+def block_of(device: wp.Device) -> int:
+    """How many threads of a launch on a device are a block, for which kernels are compiled."""
+    return BLOCK if device.is_cuda else 1
+
+
 def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS,
            weight: int = 1) -> None:  # fmt: skip
     """Run `kernel` over `count` items; its first parameter receives the first item of a launch.
@@ -88,7 +93,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     """
     if is_noted(kernel):
         return
-    compile_beside(kernel, device, BLOCK if device.is_cuda else 1)
+    compile_beside(kernel, device, block_of(device))
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, weight)
     elif count > 0:
@@ -102,7 +107,7 @@ def launch_together(
     """As `launch`, for a kernel whose items add to the same elements: the CPU runs it on one core."""
     if is_noted(kernel):
         return
-    compile_beside(kernel, device, BLOCK if device.is_cuda else 1)
+    compile_beside(kernel, device, block_of(device))
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, 1)
     elif count > 0:

@@ -87,9 +87,18 @@ def imported_kernels(package: str = PACKAGE) -> list[wp.Kernel]:
     return [value for value in values if isinstance(value, wp.Kernel) and value not in _host_kernels]
 
 
+def host_kernels() -> list[wp.Kernel]:
+    """Those of the host that have been imported."""
+    return list(_host_kernels)
+
+
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
-    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads."""
-    modules = list(dict.fromkeys(kernel.module for kernel in kernels))
+    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads.
+
+    Those that are made for a scene come first: they trace rays, and a compiler is longest at them.
+    """
+    in_order = sorted(kernels, key=lambda kernel: "__locals__" not in kernel.key)
+    modules = list(dict.fromkeys(kernel.module for kernel in in_order))
     if modules:
         wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
 

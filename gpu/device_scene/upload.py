@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from copy import copy
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array, write_changes
+from gpu.core.device import alike, block_of, choose_device, duplicate, layout_of, overwrite, struct_array, write_changes
+from gpu.core.kernel_loading import host_kernels, imported_kernels, load_kernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_refit import copied
@@ -135,6 +136,15 @@ def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndar
     return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
 
 
+@cache
+def _load_kernels(device: str) -> None:
+    """Load what scenes on a device take, side by side: else each kernel waits for the one before."""
+    chosen, host = wp.get_device(device), wp.get_device("cpu")
+    package = __name__.rpartition(".")[0]
+    load_kernels(host_kernels(), host, block_of(host))
+    load_kernels([*imported_kernels(package), *imported_kernels("gpu.core")], chosen, block_of(chosen))
+
+
 def _decoded_bytes() -> np.ndarray:
     """What each byte of a texture stands for, shape (512,): where it is linear, then sRGB (IEC 61966-2-1)."""
     encoded = np.arange(256) / 255.0
@@ -175,6 +185,8 @@ class DeviceScene:
         materials = scene.triangle_material[numbers]
         culled = np.array([material.double_sided is False for material in scene.materials])[materials]
 
+        if lender is None:
+            _load_kernels(str(self.device))
         data = SceneData()
         data.vertices = self._upload(scene.vertices, wp.vec3)
         data.normals = self._upload(scene.normals, wp.vec3)

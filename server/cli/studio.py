@@ -17,6 +17,7 @@ from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
+from gpu.warm_up import warm_up_still
 from server.cli.reading import read_scene
 from server.images import DISPLAY_FORMATS, encode_image, write_atomic
 
@@ -79,6 +80,8 @@ class Studio:
         self._scene, self._options = scene, options
         self._device_scene = DeviceScene(scene, options.device)
         self.progress = Progress()
+        self.progress("compiling kernels, which the first time takes a minute", 0.0)
+        warm_up_still(self._device_scene, options.settings, options.frames)
         self._renderer = Renderer(self._device_scene, options.size, options.settings, progress=self.progress)
         self._accumulation = Accumulation(options.size[0] * options.size[1], self._device_scene.device)
         self._build_seconds, self._render_seconds = perf_counter() - began, 0.0

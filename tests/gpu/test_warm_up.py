@@ -18,12 +18,13 @@ from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
-from gpu.warm_up import frame_kernels, warm_up, warm_up_for, warm_up_soon
+from gpu.warm_up import frame_kernels, warm_up, warm_up_for, warm_up_soon, warm_up_still
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
 
-def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("still", [False, True])
+def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest.MonkeyPatch, *, still: bool) -> None:
     device_scene = DeviceScene(BUILTIN["cornell-box"](), cpu)
     loaded: set[wp.Module] = set()
 
@@ -32,7 +33,10 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
 
     with monkeypatch.context() as patch:
         patch.setattr(wp, "force_load", load)
-        warm_up(device_scene, SETTINGS)
+        if still:
+            warm_up_still(device_scene, SETTINGS, 100)
+        else:
+            warm_up(device_scene, SETTINGS)
     launched: set[wp.Kernel] = set()
     run = launches._launch_on_cpu
 
@@ -43,13 +47,24 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
     monkeypatch.setattr(launches, "_launch_on_cpu", note)
     renderer, mean = Renderer(device_scene, (32, 18), SETTINGS), Accumulation(32 * 18, device_scene.device)
     camera = device_scene.scene.cameras[0]
-    for _ in range(3):
+    for _ in range(0 if still else 3):
         renderer.render(camera, walks=True)
     for _ in range(STILL_VIEW_PARAMETERS.smoothed_frames + 3):
         renderer.render(camera, mean)
     made_for_it = {kernel for kernel in launched if "__locals__" in kernel.key}
     assert len(made_for_it) > 5
     assert {kernel.key for kernel in made_for_it if kernel.module not in loaded} == set()
+
+
+def test_one_frame_takes_fewer_kernels_than_a_mean_of_many_and_a_walk(
+    cpu: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    device_scene, loaded = DeviceScene(BUILTIN["cornell-box"](), cpu), list[set[str]]()
+    monkeypatch.setattr(module, "load_kernels", lambda kernels, *_: loaded.append({kernel.key for kernel in kernels}))
+    warm_up_still(device_scene, SETTINGS, 1)
+    warm_up_still(device_scene, SETTINGS, 100)
+    warm_up(device_scene, SETTINGS)
+    assert loaded[0] < loaded[1] < loaded[2]
 
 
 def test_kernels_of_small_and_of_large_pictures_are_known() -> None:

@@ -53,6 +53,15 @@ def test_modules_are_loaded_once_each_side_by_side(monkeypatch: pytest.MonkeyPat
     assert asked == [([iota_kernel.module], block, kernel_loading.WORKERS) for block in (1, 128)]
 
 
+def test_what_is_made_for_a_scene_is_compiled_first(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
+    """It takes longest, and whatever else there is has its turn meanwhile."""
+    asked: list[wp.Module] = []
+    monkeypatch.setattr(wp, "force_load", lambda _, modules, **__: asked.extend(modules))
+    own = new_kernel()
+    load_kernels([iota_kernel, own], wp.get_device(cpu), 1)
+    assert asked == [own.module, iota_kernel.module]
+
+
 def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
     kernel = new_kernel()

@@ -3,12 +3,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+import warp as wp
 from emitters import POINT
 from scenes import box, grey, quad, resident_of, scene_of
 
+from gpu.core.radix_sort import iota_kernel
+from gpu.device_scene.binary_tree import read_nodes_kernel
 from gpu.device_scene.bvh import Bvh
+from gpu.device_scene.bvh_collapse import collapse_kernel
+from gpu.device_scene.bvh_reinsertion import reinsert_kernel
 from gpu.device_scene.features import scene_features
-from gpu.device_scene.upload import DeviceScene
+from gpu.device_scene.repeated import triangle_key_kernel
+from gpu.device_scene.upload import DeviceScene, _load_kernels
 from gpu.errors import DeviceError
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import AlphaMode, Material, Scene, Texture, TextureSlot
@@ -81,6 +87,14 @@ def test_a_lambertian_view_takes_masks_for_solid(lambertian: bool, assumed: bool
 def test_a_device_that_is_not_there_is_named() -> None:
     with pytest.raises(DeviceError, match="no device 'abacus' here"):
         DeviceScene(resident_of(box(), [grey(0.5)]).scene, "abacus")
+
+
+def test_what_the_first_scene_takes_is_compiled_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[wp.Module] = []
+    monkeypatch.setattr(wp, "force_load", lambda _, modules, **__: asked.extend(modules))
+    _load_kernels.__wrapped__("cpu")
+    for kernel in (collapse_kernel, reinsert_kernel, read_nodes_kernel, triangle_key_kernel, iota_kernel):
+        assert kernel.module in asked
 
 
 def test_edits_make_mirrors() -> None:

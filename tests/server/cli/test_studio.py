@@ -20,6 +20,14 @@ def test_a_picture_owes_nothing_to_those_before_it() -> None:
     assert studio.report("a.png", 1.0)["seconds"]["load"] == 1.0
 
 
+def test_kernels_of_pictures_are_compiled_side_by_side_before_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[RenderSettings, int]] = []
+    monkeypatch.setattr("server.cli.studio.warm_up_still", lambda _, *asked_for: asked.append(asked_for))
+    settings = RenderSettings(frames=3)
+    Studio(ChosenScene("cornell-box").read(), PictureOptions((48, 32), "cpu", settings))
+    assert asked == [(settings, 3)]
+
+
 def test_faults_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
     warn_of_faults({"nonfinite": 0, "unassigned": 3})
     assert capsys.readouterr().err == "lumenwalk: warning: 3 unassigned pixels\n"
