@@ -102,9 +102,9 @@ def _describe_camera(camera: Camera, centre: Doubles) -> CameraInfo:
     if camera.orthographic:
         distance = float(np.linalg.norm(to_world[:3, 3] - centre))
         farthest, nearest = (camera.half_height / tan(angle / 2.0) for angle in PLAN_FIELDS_OF_VIEW)
-        back = min(max(distance, nearest), farthest) - distance
-        to_world[:3, 3] += back * to_world[:3, 2]
-        yfov, near = 2.0 * atan(camera.half_height / (distance + back)), max(near + back, 0.0)
+        kept = min(max(distance, nearest), farthest)
+        to_world[:3, 3] += (kept - distance) * to_world[:3, 2]
+        yfov, near = 2.0 * atan(camera.half_height / kept), max(near + kept - distance, 0.0)
     else:
         yfov = min(max(2.0 * atan(camera.half_height), FIELDS_OF_VIEW[0]), FIELDS_OF_VIEW[1])
     return CameraInfo(

@@ -10,7 +10,7 @@ from gpu.scene.load import load_scene
 from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
-from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
+from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, PLAN_FIELDS_OF_VIEW, describe_scene
 from server.wire.browser import AnimationInfo, Bounds, Pose
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
@@ -75,6 +75,12 @@ def test_a_walk_can_begin_at_any_camera_that_is_listed(scene: Scene, half_height
     assert walk.matrix[14] == away
     assert plan.matrix[14] * tan(plan.yfov / 2.0) == pytest.approx(half_height)  # shows as much at the centre
     assert plan.near == pytest.approx(max(1.0 + plan.matrix[14] - away, 0.0))  # and nothing that is behind the plan
+
+
+def test_an_orthographic_camera_of_a_scene_that_is_very_far_away_shows_some_of_it(scene: Scene) -> None:
+    far = replace(scene, bounds=((1e31, 0.0, 0.0), (3e31, 1.0, 1.0)))
+    camera = describe_scene("id", replace(far, cameras=(Camera("plan", np.eye(4), 1.0, orthographic=True),))).cameras[0]
+    assert camera.yfov == pytest.approx(PLAN_FIELDS_OF_VIEW[0])
 
 
 def test_what_was_ignored_or_dropped_is_said(scene: Scene) -> None:
