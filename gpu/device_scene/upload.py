@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from functools import cache, cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -136,9 +137,17 @@ def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndar
     return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
 
 
+_loading = Lock()
+
+
+def load_scene_kernels(device: str) -> None:
+    """Load what scenes on a device take, if nobody has yet, or wait for who does."""
+    with _loading:
+        _load_side_by_side(device)
+
+
 @cache
-def _load_kernels(device: str) -> None:
-    """Load what scenes on a device take, side by side: else each kernel waits for the one before."""
+def _load_side_by_side(device: str) -> None:
     chosen, host = wp.get_device(device), wp.get_device("cpu")
     package = __name__.rpartition(".")[0]
     load_kernels(host_kernels(), host, block_of(host))
@@ -186,7 +195,7 @@ class DeviceScene:
         culled = np.array([material.double_sided is False for material in scene.materials])[materials]
 
         if lender is None:
-            _load_kernels(str(self.device))
+            load_scene_kernels(str(self.device))
         data = SceneData()
         data.vertices = self._upload(scene.vertices, wp.vec3)
         data.normals = self._upload(scene.normals, wp.vec3)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from threading import Thread
 from time import monotonic, perf_counter
 from typing import TypeVar
 
@@ -22,6 +23,7 @@ import warp as wp
 from gpu.core.device import choose_device
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.upload import load_scene_kernels
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -96,6 +98,8 @@ class GpuBackend:
         tasks.turn_seconds = CUDA_TURN_SECONDS if self._device.is_cuda else CPU_TURN_SECONDS
         self._encoder = device_encoder(self._device)
         self._renderers = RendererPool(self._device, downloads=self._encoder is None)
+        # While the scene is read.
+        Thread(target=load_scene_kernels, args=(str(self._device),), name="kernels", daemon=True).start()
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 

@@ -14,7 +14,7 @@ from gpu.device_scene.bvh_collapse import collapse_kernel
 from gpu.device_scene.bvh_reinsertion import reinsert_kernel
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.repeated import triangle_key_kernel
-from gpu.device_scene.upload import DeviceScene, _load_kernels
+from gpu.device_scene.upload import DeviceScene, _load_side_by_side
 from gpu.errors import DeviceError
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import AlphaMode, Material, Scene, Texture, TextureSlot
@@ -92,7 +92,7 @@ def test_a_device_that_is_not_there_is_named() -> None:
 def test_what_the_first_scene_takes_is_compiled_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[wp.Module] = []
     monkeypatch.setattr(wp, "force_load", lambda _, modules, **__: asked.extend(modules))
-    _load_kernels.__wrapped__("cpu")
+    _load_side_by_side.__wrapped__("cpu")
     for kernel in (collapse_kernel, reinsert_kernel, read_nodes_kernel, triangle_key_kernel, iota_kernel):
         assert kernel.module in asked
 

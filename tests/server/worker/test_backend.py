@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from threading import Event
 from typing import Any
 from unittest.mock import create_autospec
 
@@ -410,6 +411,18 @@ def edited(backend: GpuBackend, edits: SceneEdits, **rest: Any) -> Floats:
     picture = backend.render(replace(job(output=".npy"), edits=edits, **rest), silent).radiance
     assert picture is not None
     return picture
+
+
+def test_what_scenes_take_is_loaded_while_the_first_one_is_read(cpu: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    loading, read = Event(), load_scene
+
+    def reading(*arguments: Any, **options: Any) -> Any:
+        assert loading.wait(10.0)
+        return read(*arguments, **options)
+
+    monkeypatch.setattr(server.worker.backend, "load_scene_kernels", lambda device: loading.set())
+    monkeypatch.setattr(server.worker.backend, "load_scene", reading)
+    assert GpuBackend().start(Start(BOX, cpu), silent, Tasks()) == cpu
 
 
 def test_a_picture_has_the_edits_of_its_job_whatever_came_before(backend: GpuBackend) -> None:
