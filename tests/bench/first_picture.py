@@ -1,8 +1,8 @@
 """Seconds from a start to a service's first picture: `python -m tests.bench.first_picture [DEVICE] [SCENE …]`.
 
-Each scene with no kernels kept, compiled one by one as frames launch them (`lumenwalk render`) and side by side
-(`lumenwalk warm`); then a service that starts with the kernels of the first scene kept, and with its own. The start of
-Python and Warp, and reading the scene, are in all of them.
+Each scene with no kernels kept: a picture (`lumenwalk render`), all that a service takes (`lumenwalk warm`) and a
+service; then a service that starts with the kernels of the first scene kept, and with its own. The start of Python and
+Warp, and reading the scene, are in all of them.
 """
 
 import os
@@ -46,14 +46,15 @@ def main(device: str, scenes: tuple[str, ...]) -> None:
     """Print a line for each scene."""
     with TemporaryDirectory() as temporary:
         root, kept = Path(temporary), Path(temporary) / "kept"
-        print(f"{'scene':18} {'one by one':>11} {'side by side':>13} {'first kept':>11} {'own kept':>9}  [s]")
+        print(f"{'scene':18} {'render':>7} {'warm':>7} {'serve':>7} {'first kept':>11} {'own kept':>9}  [s]")
         seconds(kept, "warm", f"--device={device}", scenes[0])
         for scene in scenes:
             picture = f"{root / 'picture.png'}"
-            serial = seconds(root / f"{scene}-serial", "render", scene, picture, "--size=64x36", f"--device={device}")
-            parallel = seconds(root / f"{scene}-parallel", "warm", scene, f"--device={device}")
+            render = seconds(root / f"{scene}-render", "render", scene, picture, "--size=64x36", f"--device={device}")
+            warm = seconds(root / f"{scene}-warm", "warm", scene, f"--device={device}")
+            serve = seconds_to_ready(root / f"{scene}-serve", device, scene)
             first, own = (seconds_to_ready(kept, device, scene) for _ in range(2))
-            print(f"{scene:18} {serial:11.1f} {parallel:13.1f} {first:11.1f} {own:9.1f}", flush=True)
+            print(f"{scene:18} {render:7.1f} {warm:7.1f} {serve:7.1f} {first:11.1f} {own:9.1f}", flush=True)
 
 
 if __name__ == "__main__":
