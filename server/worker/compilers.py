@@ -4,9 +4,9 @@ A worker has one heap (server.render.worker_link): sixteen compilers in it would
 leave free in it would stay.
 """
 
-import logging
-import os
 from concurrent.futures import Future
+from contextlib import suppress
+from functools import partial
 from itertools import count
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -23,7 +23,6 @@ IDLE_SECONDS = 30.0  # that it waits for more
 COMPILERS = ("build_cpu", "build_cuda")
 # It compiles for GPUs, and needs none; and has a heap for each few threads, as glibc would have it.
 OF_WORKERS = ("CUDA_VISIBLE_DEVICES", "MALLOC_ARENA_MAX")
-log = logging.getLogger("lumenwalk.compilers")
 
 
 class Compilers:
@@ -45,7 +44,8 @@ class Compilers:
                 self._connection = self._start()
             number, future = next(self._numbers), Future[None]()
             self._asked[number] = future
-            self._connection.send((number, compiler, arguments, options))
+            with suppress(OSError):  # where it has just ended, which `_listen` says
+                self._connection.send((number, compiler, arguments, options))
         future.result()
 
     def _start(self) -> "Connection[Any, Any]":
@@ -64,22 +64,21 @@ class Compilers:
 
     def _listen(self, connection: "Connection[Any, Any]", process: "Popen[bytes]") -> None:
         """Pass answers on until there have been none to wait for a while, or the process has ended."""
+        lost: list[int] = []
         with connection:
             while True:
                 try:
                     if connection.poll(self._idle_seconds):
-                        number, problem = connection.recv()
-                        self._answer(number, problem)
+                        self._answer(*connection.recv())
                         continue
                 except (EOFError, OSError):
+                    with self._lock:
+                        lost, self._connection = list(self._asked), None
                     break
                 with self._lock:
                     if not self._asked:
                         self._connection = None
                         break
-            with self._lock:
-                lost = [] if self._connection is not connection else list(self._asked)
-                self._connection = None if self._connection is connection else self._connection
         status = process.wait()
         for number in lost:
             self._answer(number, f"the compilers' process ended with status {status}")
@@ -96,12 +95,4 @@ def compile_apart() -> None:
     """Have Warp compile in a process of its own from now on."""
     compilers = Compilers()
     for name in COMPILERS:
-        setattr(wp._src.build, name, _apart(compilers, name))
-    log.debug("kernels of process %d are compiled apart", os.getpid())
-
-
-def _apart(compilers: Compilers, name: str) -> Any:
-    def compile_there(*arguments: Any, **options: Any) -> None:
-        compilers.compile(name, *arguments, **options)
-
-    return compile_there
+        setattr(wp._src.build, name, partial(compilers.compile, name))
