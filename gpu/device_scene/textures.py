@@ -29,14 +29,17 @@ NO_MAP = wp.constant(-1)
 
 @wp.func
 def wrapped(index: int, size: int, mode: int) -> int:
-    """A texel's index, from -1 to 2·size, brought into [0, size) by a wrap mode of gpu.scene.types.Wrap."""
-    if mode == WRAP_CLAMP:
-        return wp.clamp(index, 0, size - 1)
-    period = wp.where(mode == WRAP_MIRROR, 2 * size, size)
-    rest = wp.where(index < 0, index + period, index)
-    rest = wp.where(rest < period, rest, rest - period)
-    rest = wp.where(rest < period, rest, rest - period)
-    return wp.where(rest < size, rest, 2 * size - 1 - rest)
+    """A texel's index, from -1 to 2·size, brought into [0, size) by a wrap mode of gpu.scene.types.Wrap; any other,
+    as of coordinates that are no numbers, comes to lie there, too.
+    """
+    rest = index
+    if mode != WRAP_CLAMP:
+        period = wp.where(mode == WRAP_MIRROR, 2 * size, size)
+        rest = wp.where(index < 0, index + period, index)
+        rest = wp.where(rest < period, rest, rest - period)
+        rest = wp.where(rest < period, rest, rest - period)
+        rest = wp.where(rest < size, rest, 2 * size - 1 - rest)
+    return wp.clamp(rest, 0, size - 1)
 
 
 @wp.func

@@ -20,10 +20,10 @@ def work(connection: "Connection[Any, Any]") -> None:
 
     def compile_one(number: int, compiler: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> None:
         problem = None
-        if compiler == "build_cuda":
-            # Headers that NVRTC has read can be used again by the thread that read them.
-            options |= {"pch_dir": wp._src.context.runtime.get_nvrtc_pch_dir()}
         try:
+            if compiler == "build_cuda":
+                # Headers that NVRTC has read can be used again by the thread that read them.
+                options |= {"pch_dir": wp._src.context.runtime.get_nvrtc_pch_dir()}
             getattr(wp._src.build, compiler)(*arguments, **options)
         except Exception as error:
             problem = str(error)

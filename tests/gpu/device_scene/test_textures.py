@@ -5,8 +5,10 @@ import pytest
 import warp as wp
 from scenes import column, quad, resident_of, results
 
+from gpu.core.device import launch
 from gpu.device_scene.data import BASE_COLOR, SceneData
 from gpu.device_scene.textures import sample_alpha, sample_texture, sample_use
+from gpu.device_scene.textures import wrapped as device_wrapped
 from gpu.scene.types import Bytes, Doubles, Material, Texture, TextureSlot, Wrap
 
 SAMPLERS = [
@@ -39,6 +41,12 @@ def alpha_kernel(first: int, scene: SceneData, places: wp.array[wp.vec2], out: w
     out[index] = sample_alpha(scene, 0, places[index][0], places[index][1])
 
 
+@wp.kernel
+def wrapped_kernel(first: int, indices: wp.array[int], size: int, mode: int, out: wp.array[int]) -> None:
+    index = first + wp.tid()
+    out[index] = device_wrapped(indices[index], size, mode)
+
+
 def wrapped(index: Doubles, size: int, wrap: Wrap) -> Doubles:
     if wrap is Wrap.CLAMP:
         return np.clip(index, 0, size - 1)
@@ -68,6 +76,20 @@ def twin(texture: Texture, uv: Doubles) -> Doubles:
     upper = texel(np.floor(x), np.floor(y)) * (1 - fx) + texel(np.floor(x) + 1, np.floor(y)) * fx
     lower = texel(np.floor(x), np.floor(y) + 1) * (1 - fx) + texel(np.floor(x) + 1, np.floor(y) + 1) * fx
     return np.asarray(upper * (1 - fy) + lower * fy)
+
+
+@pytest.mark.parametrize("wrap", Wrap)
+@pytest.mark.parametrize("size", [1, 2, 5])
+def test_indices_are_wrapped_and_those_of_no_number_are_of_a_texel(size: int, wrap: Wrap, cpu: str) -> None:
+    """Coordinates that are infinite in a file's transform would be read from elsewhere in memory."""
+    near, extremes = np.arange(-1, 2 * size + 1), np.array([-(2**31), -(2**31) + 1, -9, 2 * size + 1, 2**31 - 1])
+    indices = wp.array(np.concatenate([near, extremes]), dtype=int, device=cpu)
+    out = wp.zeros(len(indices), dtype=int, device=cpu)
+    launch(wrapped_kernel, len(indices), [indices, size, int(wrap), out], wp.get_device(cpu))
+    found = out.numpy()
+    assert np.array_equal(found[: len(near)], wrapped(near.astype(float), size, wrap))
+    assert found.min() >= 0
+    assert found.max() < size
 
 
 def noise(height: int, width: int) -> Bytes:
