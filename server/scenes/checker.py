@@ -156,9 +156,7 @@ class Checker:
         except TimeoutError:
             raise SceneError(name, "", too_long(request)) from None
         finally:
-            if process.returncode is None:
-                process.kill()
-                await process.wait()
+            await _end(process)
         assert process.returncode is not None
         return answer_of(output, process.returncode, request, name)
 
@@ -173,3 +171,17 @@ async def _conversation(process: asyncio.subprocess.Process, request: CheckReque
         return await process.stdout.readexactly(MAX_ANSWER_BYTES + 1)
     except asyncio.IncompleteReadError as answer:
         return answer.partial
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """Kill a child that has not ended, and all it has started.
+
+    What it has said is read to the end: until then asyncio does not count it as ended, however dead it is.
+    """
+    assert process.stdout is not None
+    if process.returncode is None:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    while await process.stdout.read(2**16):
+        pass
+    await process.wait()

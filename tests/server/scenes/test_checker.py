@@ -60,6 +60,16 @@ def test_a_child_that_dies_or_talks_nonsense_is_an_error(script: str, says: str)
     assert says in refusal(Checker(ServerSettings(), child(script)))
 
 
+def test_a_child_that_has_far_more_to_say_is_no_longer_waited_for() -> None:
+    script = "import fcntl as f\nf.fcntl(1, f.F_SETPIPE_SZ, 2**20)\nwhile True: print('{' * 2**20)"
+    assert "its reader says more than there is" in refusal(Checker(ServerSettings(), child(script)))
+
+
+def test_what_a_child_has_started_ends_with_it() -> None:
+    script = "import os, time\nos.fork()\ntime.sleep(60)"
+    assert "takes more than 1 s" in refusal(Checker(ServerSettings(check_seconds=1), child(script)))
+
+
 def test_a_child_knows_no_secrets_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LUMENWALK_SECRET", "x")
     checker = Checker(ServerSettings(), child("import os; os.environ.get('LUMENWALK_SECRET') and exit(9)"))
