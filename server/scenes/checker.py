@@ -174,12 +174,12 @@ async def _conversation(process: asyncio.subprocess.Process, request: CheckReque
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
-    """Kill a child that has not ended, and all it has started.
+    """Kill a child that has not ended, and all it has started, which may outlive it.
 
     What it has said is read to the end: until then asyncio does not count it as ended, however dead it is.
     """
     assert process.stdout is not None
-    if process.returncode is None:
+    if process.returncode is None or not process.stdout.at_eof():
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
     while await process.stdout.read(2**16):
