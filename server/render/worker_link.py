@@ -59,11 +59,11 @@ class WorkerLink:
 
         The socket is private to the two processes; when either ends, the other reads the end of it.
         """
-        temporary = _temporary_folder()
-        places = {} if temporary is None else {"TMPDIR": str(temporary.path)}
         ours, theirs = socket.socketpair()
         with theirs:
             reader, writer = await asyncio.open_connection(sock=ours, limit=BUFFER_BYTES)
+            temporary = _temporary_folder()
+            places = {} if temporary is None else {"TMPDIR": str(temporary.path)}
             try:
                 # stdout belongs to whoever started the service; a worker's words go to the log.
                 process = await asyncio.create_subprocess_exec(

@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import sys
+import tempfile
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
@@ -164,6 +165,19 @@ def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
 def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
     with pytest.raises(UserError, match="cannot be started"):
         asyncio.run(WorkerLink.start(("/nowhere/python",)))
+
+
+def test_a_start_that_is_not_waited_for_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main() -> None:
+        starting = asyncio.create_task(WorkerLink.start(STUBBORN))
+        await asyncio.sleep(0)  # it waits for its own end of the socket now
+        starting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await starting
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    asyncio.run(main())
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
