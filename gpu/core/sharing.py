@@ -3,9 +3,9 @@
 A process that renders for many has `DEVICE_SHARING` ask its `Turns`. Alone, nothing is asked, and nothing waits.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from time import perf_counter, sleep
 from typing import Protocol, TypeVar
 
@@ -24,6 +24,9 @@ class Turns(Protocol):
 
     def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
         """Let others have the host until what was begun is over; idle: or until they are to have the turn, too."""
+
+    def holding(self, what: Hashable) -> AbstractContextManager[None]:
+        """Have `what` for the work that runs; other work that comes for it waits, and lends it its turns."""
 
 
 class DeviceSharing:
@@ -100,6 +103,19 @@ class DeviceSharing:
             future = threads.submit(work)
             self.wait_for(future.done)
             return future.result()
+
+    @contextmanager
+    def holding(self, what: Hashable) -> Iterator[None]:
+        """Have `what` for the work that runs; other work that comes for it meanwhile waits, and lends it its turns:
+        without, what is more urgent would for ever wait for what has none beside it. Alone: at once.
+        """
+        if self._turns is None:
+            yield
+            return
+        away, begun = self._away_seconds, perf_counter()
+        with self._turns.holding(what):
+            self._away_seconds = away + perf_counter() - begun
+            yield
 
     def _give(self) -> None:
         assert self._turns is not None

@@ -3,7 +3,7 @@ an edit changes it.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 from weakref import WeakValueDictionary
@@ -47,7 +47,6 @@ class LightSets:
         self._pilots: dict[int, PathEnds] = {}  # by bounces
         self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
-        self._busy = False
         self.version = self.surface_version = self._path_version = 0
         self._emitters: Emitters = emitters_of(device_scene)
         self.table: LightTable = self._emitters.table
@@ -198,14 +197,9 @@ class LightSets:
     @contextmanager
     def _making(self) -> Iterator[None]:
         """Sets share what their making works with, so one is made after the other, in whatever lanes and turns."""
-        with DEVICE_SHARING.keep() if self._made else nullcontext():
-            # On a CPU others may have turns within a launch.
-            DEVICE_SHARING.wait_for(lambda: not self._busy)
-            self._busy = True
-            try:
-                self.wait_for_made()
-                yield
-                if self._made:
-                    wp.get_stream(self._device_scene.device).record_event(self._made)
-            finally:
-                self._busy = False
+        # On a CPU others may have turns within a launch.
+        with DEVICE_SHARING.keep() if self._made else DEVICE_SHARING.holding(self):
+            self.wait_for_made()
+            yield
+            if self._made:
+                wp.get_stream(self._device_scene.device).record_event(self._made)

@@ -1,4 +1,5 @@
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from threading import Event, current_thread
 
 import pytest
@@ -12,6 +13,7 @@ class Count:
     def __init__(self, sharing: DeviceSharing) -> None:
         self._sharing = sharing
         self.given = self.in_flight = 0
+        self.held: list[Hashable] = []
 
     def due(self, *, idle: bool = False) -> bool:
         return True
@@ -25,6 +27,13 @@ class Count:
         self.in_flight = self._sharing.in_flight
         while not over():
             pass
+
+    @contextmanager
+    def holding(self, what: Hashable) -> Iterator[None]:
+        self.held.append(what)
+        self._sharing.pause()  # what another one holds, whose work goes on first
+        yield
+        self.held.remove(what)
 
 
 def test_nobody_is_asked_alone() -> None:
@@ -98,6 +107,21 @@ def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
         assert sharing.beside(current_thread) is current_thread()
     with pytest.raises(ZeroDivisionError):
         sharing.beside(lambda: 1 // 0)
+
+
+def test_one_has_what_another_holds_once_that_has_had_its_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("gpu.core.sharing.perf_counter", lambda: now[0])
+    sharing = DeviceSharing()
+    turns = Count(sharing)
+    with sharing.holding("it"):  # alone
+        assert turns.held == []
+    sharing.begin(turns)
+    monkeypatch.setattr(turns, "give", lambda: now.append(now.pop() + 5.0))
+    with sharing.holding("it"):
+        assert turns.held == ["it"]
+        assert (now[0], sharing.own_time()) == (5.0, 0.0)
+    assert turns.held == []
 
 
 def test_others_have_the_host_until_what_was_launched_is_over(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -187,3 +187,36 @@ def test_who_walks_does_not_wait_for_another_s_renderer_to_be_made(
     assert frames.pictures[1]
     found = True
     assert frames.end()[0]
+
+
+def test_one_who_needs_light_while_another_s_is_made_has_that_made_in_its_own_turns(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who refines a picture gets no turn beside one who walks."""
+    tasks, said, done = backend._tasks, list[str](), list[int]()
+    monkeypatch.setattr(tasks, "turn_seconds", 0.0)
+    anew = SETTINGS.model_copy(update={"skip": SETTINGS.skip.model_copy(update={"unchanged_lights": False})})
+
+    def render(viewer: int, number: int, settings: RenderSettings) -> None:
+        picture = replace(job(viewer, number), settings=settings)
+        backend.render(picture, lambda words, _: said.append(words))
+        done.append(viewer)
+
+    render(1, 0, anew)
+    said.clear()
+    Frames.requests += 2
+    first, second = Frames.requests - 1, Frames.requests
+    tasks.ask_back(first)
+    turn = tasks.start(first, partial(render, 1, 1, anew))
+    while "tracing virtual point lights" not in said:
+        tasks.ask_back(first)
+        turn = tasks.resume(first)
+    assert turn is Turn.GIVEN_BACK
+    turn = tasks.start(second, partial(render, 2, 0, SETTINGS.model_copy(update={"vpls": 300})))
+    for _ in range(1000):
+        if turn is Turn.OPEN:
+            turn = tasks.resume(second)
+    assert turn is Turn.ENDED
+    while tasks.knows(first):
+        tasks.resume(first)
+    assert sorted(done) == [1, 1, 2]
