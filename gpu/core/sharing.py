@@ -6,11 +6,13 @@ A process that renders for many has `DEVICE_SHARING` ask its `Turns`. Alone, not
 from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from os import cpu_count
 from time import perf_counter, sleep
 from typing import Protocol, TypeVar
 
 WAIT_SECONDS = 0.002  # between two looks at whether something is done
 Result = TypeVar("Result")
+_threads = ThreadPoolExecutor(cpu_count() or 1, thread_name_prefix="beside")
 
 
 class Turns(Protocol):
@@ -99,10 +101,12 @@ class DeviceSharing:
         """What `work` returns, which is done in a thread while others have the device. It must not use a GPU."""
         if not self.active:
             return work()
-        with ThreadPoolExecutor(1, thread_name_prefix="beside") as threads:
-            future = threads.submit(work)
+        future = _threads.submit(work)
+        try:
             self.wait_for(future.done)
-            return future.result()
+        finally:
+            future.cancel()  # who is interrupted waits for no end of what has begun: others want the host
+        return future.result()
 
     @contextmanager
     def holding(self, what: Hashable) -> Iterator[None]:

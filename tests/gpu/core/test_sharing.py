@@ -1,10 +1,14 @@
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from os import cpu_count
 from threading import Event, current_thread
 
 import pytest
 
 from gpu.core.sharing import DeviceSharing
+
+CORES = cpu_count() or 1
 
 
 class Count:
@@ -107,6 +111,33 @@ def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
         assert sharing.beside(current_thread) is current_thread()
     with pytest.raises(ZeroDivisionError):
         sharing.beside(lambda: 1 // 0)
+
+
+def test_one_who_is_interrupted_leaves_what_is_done_beside_the_device_to_end_by_itself() -> None:
+    sharing, over = DeviceSharing(), Event()
+    begun, ended = list[int](), list[int]()
+
+    class Interrupting(Count):
+        def give(self) -> None:
+            raise InterruptedError
+
+        def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+            pass
+
+    def work(number: int) -> None:
+        begun.append(number)
+        over.wait(10.0)
+        ended.append(number)
+
+    sharing.begin(Interrupting(sharing))
+    try:
+        for number in range(2 * CORES):
+            with pytest.raises(InterruptedError):
+                sharing.beside(partial(work, number))
+        assert ended == []
+        assert len(begun) <= CORES  # so there is an end to what is left
+    finally:
+        over.set()
 
 
 def test_one_has_what_another_holds_once_that_has_had_its_turns(monkeypatch: pytest.MonkeyPatch) -> None:
