@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from signal import SIGKILL
 from subprocess import PIPE, Popen
 from time import monotonic
 
@@ -72,5 +73,6 @@ def _run(request: CheckRequest, answer: int, name: str) -> int:
             raise SceneError(name, "", too_long(request))
         return process.returncode
     finally:
-        process.kill()  # nothing happens when it has ended
+        if process.poll() is None:
+            os.killpg(process.pid, SIGKILL)  # with all it has started
         process.wait()

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from glb_file import TRIANGLE_GLB
+from harness import alive, wait_for
 
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
@@ -60,6 +61,16 @@ def test_readers_that_end_badly_are_no_fault_of_the_worker(
     monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-I", "-c", f"input()\n{program}"))
     with pytest.raises(SceneError, match=f"^hall: .*{sentence}|^hall: {sentence}"):
         read_beside(SceneRef("hall", "/nowhere/hall.glb"), Start(SceneRef("", ""), check_seconds=seconds))
+
+
+def test_what_a_reader_has_started_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "pid"
+    script = f"import os, time\nif not os.fork(): open({str(file)!r}, 'w').write(str(os.getpid()))\ntime.sleep(3600)"
+    monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-c", script))
+    with pytest.raises(SceneError, match="takes more than 1 s"):
+        read_beside(SceneRef("hall", "/nowhere/hall.glb"), Start(SceneRef("", ""), check_seconds=1.0))
+    pid = int(file.read_text())
+    wait_for(lambda: not alive(pid))
 
 
 def test_a_reader_that_leaves_no_scene_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
