@@ -269,16 +269,15 @@ class Uploads:
         return sum(upload.bytes for upload in self._uploads.values()) + sum(self._claims.values())
 
     async def _make_room(self, size: int, in_use: Callable[[str], bool], places: int = 0) -> None:
-        idle = [id_ for id_ in self._uploads if not in_use(id_)]
         while len(self._uploads) + places > self._max_count or self._taken + size > self._max_total_bytes:
-            while idle and idle[0] not in self._uploads:
-                idle.pop(0)  # somebody deleted it meanwhile
-            if not idle:
+            # Asked each time: while one is deleted, somebody may come to look at the next.
+            idle = next((id_ for id_ in self._uploads if not in_use(id_)), None)
+            if idle is None:
                 raise NoRoomError(
                     f"uploads take up to {self._max_total_bytes} bytes and {self._max_count} scenes here, and those in "
                     "use or on their way leave no room for this one; delete some, or try again when they are left"
                 )
-            await self.remove(idle.pop(0))
+            await self.remove(idle)
 
     def _free_id(self, stem: str, suffix: str) -> str:
         number, id_ = 1, f"{PREFIX}{stem}{suffix}"

@@ -164,6 +164,18 @@ def test_what_is_used_does_not_make_room(make: Make, tmp_path: Path) -> None:
     assert len(files(tmp_path)) == 2
 
 
+def test_what_somebody_comes_to_use_while_room_is_made_stays(make: Make) -> None:
+    uploads = make(max_uploads_bytes=2000)
+    a, b = add(uploads, "a.glb", bytes(900)), add(uploads, "b.glb", bytes(900))
+
+    async def body() -> AsyncIterator[bytes]:
+        yield bytes(1900)
+
+    with pytest.raises(NoRoomError, match="2000 bytes"):
+        asyncio.run(uploads.add("c.glb", None, body(), lambda id_: id_ == b.id and a.id not in uploads.all))
+    assert list(uploads.all) == [b.id]
+
+
 def test_a_body_that_stalls_is_given_up(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "STALL_SECONDS", 0.05)
 
