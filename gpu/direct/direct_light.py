@@ -175,7 +175,7 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 class DirectSamples:
     """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
     those that complement each other; seed; selection: what is learnt of the lights, if anything; known (pixel,): the
-    light of how many frames of a walk joins in, from `settled` of which on half as many rays do; empty: of none.
+    light of how many frames of a walk joins in, from `settled` of which on half as many rays do; an empty array: none.
     """
 
     count: int

@@ -67,9 +67,10 @@ class FarLight:
 
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
     the same bits.
-    light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
-    brightness by place and by normal; unoccluded: tables, with a column each representative, of the light of far
-    clusters were none hidden; weighted: of that light, each cluster's times its `visibility_weight`.
+    light (representative,): irradiance of the others by what it sees of them [W/m²]; position_gradient, normal_gradient
+    (representative,): of its brightness, by place in unit space and by normal; unoccluded: tables, with a column each
+    representative, of the light of far clusters were none hidden; weighted: of that light, each cluster's times its
+    `visibility_weight`.
     """
 
     near: wp.array2d[wp.uint32]

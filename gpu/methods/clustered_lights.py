@@ -20,11 +20,11 @@ class ClusteredLights(ABC):
     """VPL clusters that light a frame, and arrays that have room for as many.
 
     vpls: the clusters of the last frame's; cache: the radiosity around them (RadiosityCache), None where near-field
-    light is not wanted; has_indirect: whether they light anything, or may, where `choose` is to make them; are_kept:
-    whether they were there before the frame; are_late: whether `choose` makes them beside SP clusters; relights:
-    whether every frame has others; converges: whether the mean of a still view's later frames is what path tracing
-    finds; number: of these arrays alone, for captured graphs; room: for SP clusters and VPL clusters; correction: what
-    corrects their light, if `corrects`.
+    light is not wanted; has_indirect: whether they light anything, or may, where `choose` is to make them; has_near:
+    whether near-field light is wanted of them, too; are_kept: whether they were there before the frame; are_late:
+    whether `choose` makes them beside SP clusters; relights: whether every frame has others; converges: whether the
+    mean of a still view's later frames is what path tracing finds; number: of these arrays alone, for captured graphs;
+    room: for SP clusters and VPL clusters; correction: what corrects their light, if `corrects`.
     """
 
     vpls: VplClusters

@@ -1,4 +1,4 @@
-"""Sample points: Owen-scrambled Sobol pairs, and their mapping to directions and triangles."""
+"""Sample points: Owen-scrambled Sobol pairs (gpu.sampling.warps maps them to directions and triangles)."""
 
 import warp as wp
 

@@ -14,8 +14,8 @@ class Disk:
     """A disk light that stands for VPLs, its fields side by side, since whoever reads one reads all.
 
     position, normal: of the representative; flux: summed over members [W], per channel; area: of the disk that spreads
-    as the members do, unit space; reach: ± what members are spread by along any line in the disk; turn: ± what their
-    normals' cosines are.
+    as the members do, unit space squared; radius: ± what members are spread by along any line in the disk, unit space;
+    tilt: ± what the cosines of their normals are spread by.
     """
 
     position: wp.vec3
@@ -30,7 +30,9 @@ class Disk:
 def disk_of(
     position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, variance: float, normal_cone_cos: float
 ) -> Disk:
-    """A disk light; variance: of the places of what it stands for; cone: cosine of the widest angle of its normals."""
+    """A disk light; area, variance: of the places of what it stands for, unit space squared; normal_cone_cos: cosine of
+    the widest angle of its normals.
+    """
     disk = Disk()
     disk.position = position
     disk.normal = normal

@@ -13,7 +13,7 @@ from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, cluster_of, is_beh
 
 @dataclass(frozen=True)
 class OpeningParameters:
-    """A cluster's disk, or a subcluster's, whose squared reach is more than this times the squared distance gives way
+    """A cluster's disk, or a subcluster's, whose squared radius is more than this times the squared distance gives way
     to what it stands for. Compiled in: the innermost loop of shading compares with them.
     """
 
