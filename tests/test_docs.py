@@ -22,7 +22,8 @@ from server.wire import camera_path
 from tests.bench.__main__ import PARTS
 from tests.bench.__main__ import parser as bench_parser
 from tests.load.options import parser as load_parser
-from tests.server.test_imports import FLOOR
+from tests.server.test_imports import SERVER
+from tests.test_structure import GPU
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docker").glob("*.md")])
@@ -57,7 +58,7 @@ def test_links_resolve(page: Path) -> None:
 def test_files_named_exist(page: Path) -> None:
     for name in re.findall(r"`([\w./-]+/[\w./-]*)`", page.read_text()):
         if name.split("/")[0] in FOLDERS:
-            assert (ROOT / name).exists() or name == "tests/gpu/ROOM/test_X.py" or name == "gpu/ROOM/X.py", name
+            assert (ROOT / name).exists() or name in ("tests/gpu/PACKAGE/test_X.py", "gpu/PACKAGE/X.py"), name
         elif name.endswith(".py"):
             assert any((ROOT / folder / name).exists() for folder in ("gpu", "gpu/vpl", "gpu/sp", "server")), name
 
@@ -81,11 +82,17 @@ def test_methods_and_skips_are_explained() -> None:
     assert rows == set(Skips.model_fields)
 
 
-@pytest.mark.parametrize("part", ["gpu", "server"])
-def test_every_room_is_in_the_architecture(part: str) -> None:
-    text = ARCHITECTURE.read_text().split(f"## Rooms of {part}/")[1].split("\n## ")[0]
-    rooms = {path.name for path in (ROOT / part).iterdir() if (path / "__init__.py").exists()}
-    assert {name.strip("/") for name in re.findall(r"\| `(\w+/)` \|", text)} == rooms
+@pytest.mark.parametrize(("part", "layers"), [("gpu", GPU), ("server", SERVER)])
+def test_the_architecture_has_every_package_in_its_layer(part: str, layers: list[list[str]]) -> None:
+    text = ARCHITECTURE.read_text().split(f"## Packages of {part}/")[1].split("\n## ")[0]
+    shown: list[set[str]] = []
+    for line in text.split("|---|---|---|\n")[1].splitlines():
+        if line.startswith("|"):
+            _, layer, packages, _, _ = line.split("|")
+            if layer.strip():
+                shown.append(set())
+            shown[-1] |= set(re.findall(r"`(\w+)(?:/|\.py)`", packages))
+    assert shown == [set(layer) for layer in layers]
 
 
 def test_every_stage_is_in_the_architecture() -> None:
@@ -157,11 +164,3 @@ def test_limits_are_those_of_the_code(sentence: str) -> None:
     assert checker.AT_ONCE == service.WAITING_OF_ALL == jobs.OF_ALL == 2
     assert checker.MAX_WAITING == 2 * checker.MAX_WAITING_OF_ONE
     assert middleware.BODY_SECONDS == uploads.STALL_SECONDS
-
-
-def test_rooms_of_the_service_stand_in_the_order_of_their_floors() -> None:
-    text = ARCHITECTURE.read_text().split("## Rooms of server/")[1].split("\n## ")[0]
-    rows = [re.findall(r"`(\w+)(?:/|\.py)`", line.split(" | ")[1]) for line in text.splitlines() if " | " in line]
-    rooms = [room for row in rows for room in row]
-    assert {*rooms} == FLOOR.keys()
-    assert [FLOOR[room] for room in rooms] == sorted(FLOOR.values())

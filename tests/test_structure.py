@@ -73,15 +73,15 @@ def is_kernel(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
 
 
 def test_imports_of_gpu_go_down() -> None:
-    floors = {name: floor for floor, names in enumerate(reversed(GPU)) for name in names}
+    layers = {name: layer for layer, names in enumerate(reversed(GPU)) for name in names}
     up = []
     for module, imported in graph("gpu").items():
-        room = module.split(".")[1] if "." in module else None
+        package = module.split(".")[1] if "." in module else None
         for other in imported:
             below = other.split(".")[1] if "." in other else None
-            if room is None or below is None or room == below:
+            if package is None or below is None or package == below:
                 continue
-            if floors[room] <= floors[below] or (below == "settings" and room not in KNOWS_SETTINGS):
+            if layers[package] <= layers[below] or (below == "settings" and package not in KNOWS_SETTINGS):
                 up.append(f"{module} imports {other}")
     assert up == []
 

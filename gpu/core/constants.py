@@ -1,4 +1,4 @@
-"""Numbers that kernels of several rooms share."""
+"""Numbers that kernels of several packages share."""
 
 import warp as wp
 

@@ -8,22 +8,22 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-# From the top: a room imports from rooms below its own floor only; modules beside the rooms are rooms of their own.
-FLOORS = (
-    {"cli", "cluster"},
-    {"app"},
-    {"walk", "rest"},
-    {"http"},
-    {"service"},
-    {"jobs", "errors", "worker", "replicas"},
-    {"scenes"},
-    {"render"},
-    {"settings", "metrics", "logs", "places", "rate_limit", "results"},
-    {"wire"},
-    {"images", "video", "refusals", "addresses", "folders", "plain_files"},
-    {"srgb_profile", "png"},
-)
-FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+# From the top: a package imports from packages below its own layer only; modules beside them are packages of their own.
+SERVER = [
+    ["cli", "cluster"],
+    ["app"],
+    ["walk", "rest"],
+    ["http"],
+    ["service"],
+    ["jobs", "errors", "worker", "replicas"],
+    ["scenes"],
+    ["render"],
+    ["settings", "metrics", "logs", "places", "rate_limit", "results"],
+    ["wire"],
+    ["images", "video", "refusals", "addresses", "folders", "plain_files"],
+    ["srgb_profile", "png"],
+]
+LAYERS = {package: number for number, packages in enumerate(SERVER) for package in packages}
 
 
 def name_of(file: Path) -> str:
@@ -46,19 +46,19 @@ def imports_of(module: str) -> frozenset[str]:
     return frozenset(found & MODULES.keys() - packages)
 
 
-def room_of(module: str) -> str:
+def package_of(module: str) -> str:
     return module.split(".")[1]
 
 
-def test_every_room_has_a_floor() -> None:
-    assert {room_of(module) for module in MODULES if module != "server"} == FLOOR.keys()
+def test_every_package_has_a_layer() -> None:
+    assert {package_of(module) for module in MODULES if module != "server"} == LAYERS.keys()
 
 
 @pytest.mark.parametrize("module", [module for module in MODULES if module != "server"])
 def test_imports_go_down(module: str) -> None:
-    room = room_of(module)
+    package = package_of(module)
     for other in imports_of(module):
-        assert room_of(other) == room or FLOOR[room_of(other)] > FLOOR[room], f"{module} imports {other}"
+        assert package_of(other) == package or LAYERS[package_of(other)] > LAYERS[package], f"{module} imports {other}"
 
 
 def test_no_module_imports_itself_by_others() -> None:
