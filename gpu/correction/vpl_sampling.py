@@ -50,7 +50,7 @@ class VplSample:
 def far_member(vpls: VplClusters, cluster: int, area: float, state: wp.uint32) -> int:
     """A member of a cluster, whose disk has this `area`, drawn in proportion to its own area, which is as its flux.
 
-    Where light paths begin as matters, flux differs a hundredfold: of members drawn evenly, rare ones would be sparks.
+    Where light paths begin as matters, flux differs a hundredfold: drawn evenly, rare members would leave fireflies.
     """
     rest = float(hashed(state)) * TO_UNIT * area
     vpl = int(vpls.starts[cluster])

@@ -2,7 +2,7 @@
 
 They are drawn as a microfacet reflects and refracts and end in the light that VPLs know; emitters are sampled, too.
 What is refracted into a body is seen by both ways on from the face where it would leave: drawn by chance, the few that
-reflect into a window would be sparks. Pixels share what they find as those of glossy surfaces do.
+reflect into a window would leave fireflies. Pixels share what they find as those of glossy surfaces do.
 """
 
 import warp as wp

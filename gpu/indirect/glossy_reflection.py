@@ -96,11 +96,11 @@ def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 @wp.kernel
-def bound_sparks_kernel(first: int, image: ImageSize, chosen: GlossParameters, reach: wp.array[float],
-                        light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+def bound_fireflies_kernel(first: int, image: ImageSize, chosen: GlossParameters, reach: wp.array[float],
+                           light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: its light, bounded by the brightest of the eight around whose rays found some.
 
-    One ray in hundreds that ends in a lamp by way of a mirror is a spark that no neighbour would outweigh.
+    One ray in hundreds that ends in a lamp by way of a mirror leaves a firefly that no neighbour would outweigh.
     """
     pixel = first + wp.tid()
     out[pixel] = light[pixel]
@@ -195,14 +195,10 @@ class GlossyReflection:
             launch(frosted, len(self.light), [*seen_by, self._chosen, self._found], self._device)
 
     def share(self, gbuffer: GBuffer) -> None:
-        """Bound sparks, and share the light between pixels of one surface."""
+        """Bound fireflies, and share the light between pixels of one surface."""
         source, target = self.light, self._other
-        launch(
-            bound_sparks_kernel,
-            len(source),
-            [self._image, self._chosen, self._found.reach, source, target],
-            self._device,
-        )
+        inputs = [self._image, self._chosen, self._found.reach, source, target]
+        launch(bound_fireflies_kernel, len(source), inputs, self._device)
         wp.copy(source, target)
         for step in STEPS:
             inputs = [gbuffer, self._image, step, self._chosen, self._found.reach, source, target]

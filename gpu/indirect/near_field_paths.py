@@ -90,7 +90,7 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
         cosine = wp.dot(sample.direction, normal)
         if cosine > 0.0:
             reached = transmittance(scene, position, normal, sample.point, sample.normal)
-            # Weighed by the balance heuristic against the ray below, or one lamp of many close by would be a spark.
+            # Weighed by the balance heuristic against the ray below, or one lamp of many close by would be a firefly.
             counted = cosine * share / (1.0 + cosine / PI * sample.solid_angle)
             total += wp.cw_mul(surface.spread, wp.cw_mul(sample.irradiance, reached)) * counted
         turn = sobol_pair(sp, RAY_PAIR, seed)

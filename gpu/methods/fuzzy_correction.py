@@ -8,10 +8,10 @@ import warp as wp
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
+from gpu.correction.fireflies import take_fireflies
 from gpu.correction.near_paths import NearPaths, trace_near_paths
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
-from gpu.correction.sparks import take_sparks
 from gpu.correction.visibility_correction import Correction, Passes
 from gpu.correction.vpl_connections import Connections, connect
 from gpu.indirect.clustered_light import ClusteredLight, clustered_light
@@ -173,11 +173,11 @@ class FuzzyCorrection:
             connect(frame.scene, frame.gbuffer, points, known, frame.indirect, self._rays.rays, rays)
 
         def near() -> None:
-            irradiance, sparks = frame.indirect.irradiance, self._rays.own
+            irradiance, excess = frame.indirect.irradiance, self._rays.own
             inputs = frame.gbuffer, points, lights.vpls, paths, irradiance
             trace_near_paths(frame.scene, lights.table, *inputs, frame.features)
-            take_sparks(points, kind.sample, frame.indirect, sparks)
-            points.add(frame.smoothing.spread(frame.gbuffer, points, sparks), irradiance)
+            take_fireflies(points, kind.sample, frame.indirect, excess)
+            points.add(frame.smoothing.spread(frame.gbuffer, points, excess), irradiance)
 
         stages.run("connect", connected, repeats=False)
         stages.run("paths", near, repeats=False)

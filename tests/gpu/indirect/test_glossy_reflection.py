@@ -11,7 +11,12 @@ from gpu.core.device import launch
 from gpu.core.image_size import image_size
 from gpu.direct.direct_light import direct_samples
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.indirect.glossy_reflection import GLOSS_PARAMETERS, GlossyReflection, bound_sparks_kernel, share_gloss_kernel
+from gpu.indirect.glossy_reflection import (
+    GLOSS_PARAMETERS,
+    GlossyReflection,
+    bound_fireflies_kernel,
+    share_gloss_kernel,
+)
 from gpu.indirect.lobe_light import known_light
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats, Material
@@ -110,7 +115,7 @@ def test_sparks_are_bounded_by_the_pixels_around_and_edges_stay() -> None:
         out = wp.zeros(WIDTH * HEIGHT, dtype=wp.vec3, device=CPU)
         reaches = wp.array(reach.ravel(), dtype=float, device=CPU)
         inputs = [image_size((WIDTH, HEIGHT)), GLOSS_PARAMETERS, reaches, grey_values(light), out]
-        launch(bound_sparks_kernel, WIDTH * HEIGHT, inputs, CPU)
+        launch(bound_fireflies_kernel, WIDTH * HEIGHT, inputs, CPU)
         return np.asarray(numbers(out))
 
     everywhere, light = np.ones((HEIGHT, WIDTH)), np.where(LEFT, 1.0, 5.0)
