@@ -3,9 +3,9 @@
 All rays of an SP but one go to members of VPL clusters in proportion to what its clusters know of their light, one to
 one of a few VPLs drawn from all, and what a VPL sends counts by how probable both make it (importance sampling with the
 balance heuristic, Veach 1997, 9.2). So what clusters get wrong costs noise and nothing else. A VPL's 1/(π·d²) is
-bounded to 1/(π·d² + A), with an area A that its place alone decides; gpu.correction.near_paths adds what that leaves
-out, so that both together are what path tracing finds (T. Kollig and A. Keller, Illumination in the Presence of Weak
-Singularities, 2004).
+bounded to 1/(π·d² + A), with an area A that its place alone decides; gpu.correction.bias_compensation adds what that
+leaves out, so that both together are what path tracing finds (T. Kollig and A. Keller, Illumination in the Presence of
+Weak Singularities, 2004).
 """
 
 from dataclasses import dataclass
@@ -41,9 +41,9 @@ UNBOUNDED = parameters(VplSampleParameters, most_share=float(FAR_AWAY))
 
 @dataclass(frozen=True)
 class ConnectionParameters:
-    """strays: VPLs drawn from all, of which one gets a ray, in proportion to their light."""
+    """candidates: VPLs drawn from all, of which one gets a ray, in proportion to their light (Talbot et al. 2005)."""
 
-    strays: int = 16
+    candidates: int = 16
 
 
 CONNECTION_PARAMETERS = ConnectionParameters()
@@ -175,14 +175,14 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         counted = float(0.0)
         guided_rays = float(CHECKS * this_pass.passes - 1)
         if ray == 0:
-            stray = reservoir(hashed(state))
-            for number in range(wp.static(CONNECTION_PARAMETERS.strays)):
+            resampled = reservoir(hashed(state))
+            for number in range(wp.static(CONNECTION_PARAMETERS.candidates)):
                 any_vpl = int(hashed(state + wp.uint32(number)) % wp.uint32(vpls.members.count))
                 light = brightness(member_irradiance(position, normal, vpls, any_vpl, this_pass.areas[any_vpl]))
                 if light > 0.0:
-                    stray = offered(stray, any_vpl, light)
-            vpl = stray.item
-            counted = stray.total / float(wp.static(CONNECTION_PARAMETERS.strays))
+                    resampled = offered(resampled, any_vpl, light)
+            vpl = resampled.item
+            counted = resampled.total / float(wp.static(CONNECTION_PARAMETERS.candidates))
         elif whole > 0.0:
             u = (float(ray - 1) + float(hashed(state)) * TO_UNIT) / guided_rays * whole - near_importance
             drawn = ClusterSample()

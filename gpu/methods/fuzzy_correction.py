@@ -8,8 +8,8 @@ import warp as wp
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
+from gpu.correction.bias_compensation import CompensationPaths, compensate_bias
 from gpu.correction.fireflies import take_fireflies
-from gpu.correction.near_paths import NearPaths, trace_near_paths
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction, Passes
@@ -164,7 +164,7 @@ class FuzzyCorrection:
         """In place of all that `run` corrects and of near-field light: what is right in the mean over light sets."""
         frame, points = self._frame, view.points
         known = clustered_light(view.clustering.clusters, kept.visibility.words, lights.vpls, kept.far.data)
-        rays, paths = Connections(), NearPaths()
+        rays, paths = Connections(), CompensationPaths()
         rays.passes, rays.areas, rays.seed = self._quality.refining_passes, lights.areas, kind.seed
         paths.bounds, paths.areas, paths.bounces = lights.bounds, lights.areas, lights.bounces
         paths.sample, paths.seed = kind.sample, lights.seed
@@ -175,7 +175,7 @@ class FuzzyCorrection:
         def near() -> None:
             irradiance, excess = frame.indirect.irradiance, self._rays.own
             inputs = frame.gbuffer, points, lights.vpls, paths, irradiance
-            trace_near_paths(frame.scene, lights.table, *inputs, frame.features)
+            compensate_bias(frame.scene, lights.table, *inputs, frame.features)
             take_fireflies(points, kind.sample, frame.indirect, excess)
             points.add(frame.smoothing.spread(frame.gbuffer, points, excess), irradiance)
 

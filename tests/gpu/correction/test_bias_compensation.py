@@ -5,7 +5,7 @@ from pipeline import Pipeline
 from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.parameters import parameters
-from gpu.correction.near_paths import NearPaths, trace_near_paths
+from gpu.correction.bias_compensation import CompensationPaths, compensate_bias
 from gpu.correction.vpl_connections import Connections, connect
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.indirect.irradiance import CHECKS
@@ -47,7 +47,7 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
     lit = radiosity_cache(scene, scene.data, room.lights)
     bounds = bound_areas(lit, parameters(BoundAreaParameters, vpl_areas=vpl_areas, unlit=vpl_areas * 1e-4))
     rays = shadow_rays(view.pixels, CHECKS, view.device, side_by_side=True, control_variate=False)
-    these, paths = Connections(), NearPaths()
+    these, paths = Connections(), CompensationPaths()
     these.passes, these.areas = 3, areas_of(room.lights, bounds)
     paths.bounds, paths.areas, paths.bounces = bounds, these.areas, BOUNCES
     sent, given_back = np.zeros(view.pixels), np.zeros(view.pixels)
@@ -60,7 +60,7 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
         connect(*inputs, room.known, view.indirect, rays, these)
         bounded = irradiance.numpy().mean(axis=1) * albedo / np.pi
         table = build_light_table(scene)
-        trace_near_paths(view.scene, table, *inputs[1:], room.lights, paths, irradiance, view.frame.features)
+        compensate_bias(view.scene, table, *inputs[1:], room.lights, paths, irradiance, view.frame.features)
         sent += bounded / SAMPLES
         given_back += (irradiance.numpy().mean(axis=1) * albedo / np.pi - bounded) / SAMPLES
     # One light set is off by a per cent or so.
@@ -76,14 +76,14 @@ def test_paths_go_on_where_a_wide_bound_takes_much_away(room: Pipeline) -> None:
     view, table, scene = room.view, build_light_table(room.device_scene), room.device_scene
     lit = radiosity_cache(scene, scene.data, room.lights)
     bounds = bound_areas(lit, parameters(BoundAreaParameters, vpl_areas=60.0, unlit=60e-4))
-    paths, found = NearPaths(), []
+    paths, found = CompensationPaths(), []
     paths.bounds, paths.areas, paths.bounces = bounds, areas_of(room.lights, bounds), BOUNCES
     room.shade()
     for sample in range(SAMPLES):
         paths.sample = sample
         view.indirect.irradiance.zero_()
         inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect.irradiance
-        trace_near_paths(view.scene, table, *inputs, view.frame.features)
+        compensate_bias(view.scene, table, *inputs, view.frame.features)
         found.append(view.indirect.irradiance.numpy().mean(axis=1)[room.pixels])
     light = np.array(found, np.float64)
     assert 0.89 < np.mean(light > 0.0) < 0.925

@@ -1,4 +1,4 @@
-"""Paths for the light that bounded VPLs leave out, so that what they send is right in the mean.
+"""Bias compensation: paths for the light that bounded VPLs leave out, so that both are right in the mean.
 
 Of the light that one surface sends another, a VPL's bound takes the share A/(π·d² + A) away. A path gives it back:
 where it arrives, emitters are sampled, and where it did not go far, VPLs, too, which are bounded likewise, and it goes
@@ -38,22 +38,22 @@ VPL_KEY = wp.constant(wp.uint32(0x1B56C4E9))
 
 @wp.struct
 @dataclass
-class NearPathParameters:
+class BiasCompensationParameters:
     """How many paths go on and what they look at.
 
     wider: a path goes on from where it arrived with so many times the share that a bound takes away; fewer would count
-    for so much that single ones were seen. VPLs there, drawn as strays are (gpu.correction.vpl_connections), have
-    bounds of so many times the area: those near by would be rare and bright.
+    for so much that single ones were seen. VPLs there, one of as many candidates as a connection has
+    (gpu.correction.vpl_connections), have bounds of so many times the area: those near by would be rare and bright.
     """
 
     wider: float = 16.0
 
 
-NEAR_PATH_PARAMETERS: NearPathParameters = parameters(NearPathParameters)
+BIAS_COMPENSATION_PARAMETERS: BiasCompensationParameters = parameters(BiasCompensationParameters)
 
 
 @wp.struct
-class NearPaths:
+class CompensationPaths:
     """One path of each SP. bounds: tell A anywhere; areas (vpl,): A of VPLs; bounces: the most surfaces that light
     meets before an SP; sample: the path's number among those of the SP; seed: of all of these.
     """
@@ -66,13 +66,13 @@ class NearPaths:
 
 
 @wp.func
-def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, paths: NearPaths, last_bounce: int,
-                      state: wp.uint32, chosen: NearPathParameters) -> wp.vec3:  # fmt: skip
+def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, paths: CompensationPaths, last_bounce: int,
+                      state: wp.uint32, chosen: BiasCompensationParameters) -> wp.vec3:  # fmt: skip
     """An estimate of the irradiance at `surface` by bounded VPLs of at most `last_bounce`, with one shadow ray."""
     members = vpls.members
-    strays = wp.static(CONNECTION_PARAMETERS.strays)
+    candidates = wp.static(CONNECTION_PARAMETERS.candidates)
     drawn = reservoir(state)
-    for candidate in range(strays):
+    for candidate in range(candidates):
         vpl = int(hashed(state + wp.uint32(candidate)) % wp.uint32(members.count))
         if members.bounce[vpl] <= last_bounce:
             area = paths.areas[vpl] * chosen.wider
@@ -87,13 +87,13 @@ def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, pat
     if not connected(scene, surface.position, surface.geometric_normal, position, normal):
         return nothing
     return light_of(
-        vpls, drawn.item, drawn.total * float(members.count) / float(wp.static(CONNECTION_PARAMETERS.strays))
+        vpls, drawn.item, drawn.total * float(members.count) / float(wp.static(CONNECTION_PARAMETERS.candidates))
     )
 
 
 @wp.func
-def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClusters, paths: NearPaths, seed: int,
-               chosen: NearPathParameters) -> wp.vec3:  # fmt: skip
+def compensating_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClusters, paths: CompensationPaths,
+                       seed: int, chosen: BiasCompensationParameters) -> wp.vec3:  # fmt: skip
     """An estimate of the irradiance at `first` that bounds of VPLs leave out, over π [W/m²/sr]."""
     light = wp.vec3(0.0, 0.0, 0.0)
     throughput = wp.vec3(1.0, 1.0, 1.0)
@@ -135,7 +135,7 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
 
 
 @made_for("sheen", "films")
-def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
+def bias_compensation_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
@@ -143,9 +143,9 @@ def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
     options = {"max_unroll": 1, "fast_math": True}
 
     @wp.kernel(module="unique", module_options=options, cuda_max_registers=RAY_REGISTERS)
-    def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
-                         vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
-                         irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    def bias_compensation_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
+                                 vpls: VplClusters, paths: CompensationPaths, chosen: BiasCompensationParameters,
+                                 irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
         """One thread an SP: adds what its path finds to its irradiance [W/m²]."""
         sp = first + wp.tid()
         if sp >= points.count[0]:
@@ -157,16 +157,16 @@ def near_path_kernel(features: SceneFeatures) -> wp.Kernel:
         surface.geometric_normal = gbuffer.geometric_normal[pixel]
         surface.normal = gbuffer.normal[pixel]
         seed = pixel_seed(pixel, paths.seed)
-        irradiance[pixel] += near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
+        irradiance[pixel] += compensating_light(scene, table, surface, vpls, paths, seed, chosen) * PI
 
-    return near_path_kernel
+    return bias_compensation_kernel
 
 
-def trace_near_paths(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
-                     paths: NearPaths, irradiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
+def compensate_bias(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
+                    paths: CompensationPaths, irradiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
     """Add to the `irradiance` (pixel,) of `sps` what bounds of `vpls` leave out, by a path each.
 
     table: of the scene's emitters, which are sampled wherever a path arrives.
     """
-    inputs = [scene, table, gbuffer, sps.points, vpls, paths, NEAR_PATH_PARAMETERS, irradiance]
-    launch(near_path_kernel(features), sps.capacity, inputs, sps.device)
+    inputs = [scene, table, gbuffer, sps.points, vpls, paths, BIAS_COMPENSATION_PARAMETERS, irradiance]
+    launch(bias_compensation_kernel(features), sps.capacity, inputs, sps.device)
