@@ -174,7 +174,7 @@ def bound_correction_kernel(first: int, points: PointList, irradiance: wp.array[
 
 
 @dataclass(frozen=True)
-class Passes:
+class RayPasses:
     """Which passes of rays SPs have, by which `seed` (1,).
 
     settled (pixel,): 1 for SPs that have no rays, unless `numbers` begin later than 0; as_wanted: whether passes are
@@ -211,7 +211,7 @@ class Correction:
         self._has.assign([int(number < passes) for number in range(len(self._has))])
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, known: ClusteredLight,
-              indirect: Indirect, passes: Passes) -> None:  # fmt: skip
+              indirect: Indirect, passes: RayPasses) -> None:  # fmt: skip
         """Check the light of `points`, which were shaded by all these, in some `passes`.
 
         Each takes its mean into that of those before, unless it is number 0.

@@ -15,7 +15,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import made_for, masks_of, specialisation
-from gpu.indirect.illumination import Told
+from gpu.indirect.illumination import IrradianceEstimate
 from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, disk_level, reaches
 from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, covered_disk, disk_places
@@ -89,7 +89,7 @@ def cut_disk_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 @wp.func
-def irradiance_in_cut(lit: CutMap, position: wp.vec3, normal: wp.vec3) -> Told:
+def irradiance_in_cut(lit: CutMap, position: wp.vec3, normal: wp.vec3) -> IrradianceEstimate:
     """What is known of the irradiance of a surface point: the mean of the nodes that reach it, by Eq. 4 with distances
     stretched along the normals, so that no light comes through thin walls and shelves.
     """
@@ -110,11 +110,11 @@ def irradiance_in_cut(lit: CutMap, position: wp.vec3, normal: wp.vec3) -> Told:
                     light += lit.sites.irradiance[node] * weight
                     earlier += lit.sites.earlier[node] * weight
                     total += weight
-    told = Told()
-    told.known = total > 0.0
-    told.irradiance = light / wp.max(total, 1.0e-12)
-    told.earlier = earlier / wp.max(total, 1.0e-12)
-    return told
+    estimate = IrradianceEstimate()
+    estimate.known = total > 0.0
+    estimate.irradiance = light / wp.max(total, 1.0e-12)
+    estimate.earlier = earlier / wp.max(total, 1.0e-12)
+    return estimate
 
 
 class CutLight:

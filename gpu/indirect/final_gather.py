@@ -36,7 +36,9 @@ class Gathered:
 
 @made_for(*LOOK)
 def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
-    """The kernel that reads lookup(data, position, normal), Told, where rays end, in scenes of these `features`."""
+    """The kernel for scenes of these `features` that reads where rays end; lookup, data: as of
+    gpu.indirect.illumination.Illumination.
+    """
     specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
@@ -55,9 +57,9 @@ def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -
             return
         direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
         surface = surface_at(scene, hit, direction)
-        told = lookup(lit, surface.position, surface.geometric_normal)
-        if told.known:
-            radiance[index] = wp.cw_mul(even_reflectance(surface, -direction), told.irradiance) / PI
+        estimate = lookup(lit, surface.position, surface.geometric_normal)
+        if estimate.known:
+            radiance[index] = wp.cw_mul(even_reflectance(surface, -direction), estimate.irradiance) / PI
         else:
             ends.unknown[index] = 1
 

@@ -6,8 +6,8 @@ import warp as wp
 
 
 @wp.struct
-class Told:
-    """irradiance of a surface point [W/m²]; earlier: what of that is not of the last bounce, so it may be reflected
+class IrradianceEstimate:
+    """irradiance: of a surface point [W/m²]; earlier: what of that is not of the last bounce, so it may be reflected
     once more; known: whether anything tells of it, else both are 0.
     """
 
@@ -17,7 +17,10 @@ class Told:
 
 
 class Illumination(Protocol):
-    """What rays read: lookup(lit, position, normal), a Told; lit: of Warp struct `data`."""
+    """What rays read: lookup(lit, position, normal), an IrradianceEstimate of a surface point.
+
+    data: the Warp struct type of `lit`.
+    """
 
     lookup: wp.Function
     data: Any

@@ -89,7 +89,7 @@ def emitted_irradiance(scene: SceneData, table: LightTable, surface: Surface, nu
 
 @made_for(*LOOK, "environment")
 def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
-    """The kernel that reads lookup(data, position, normal), Told, in scenes of these `features`."""
+    """The kernel for scenes of these `features`; lookup, data: as of gpu.indirect.illumination.Illumination."""
     specialise = specialisation(features)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
@@ -135,9 +135,9 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
             spread = wp.cw_mul(throughput, spread_reflectance(surface, -direction, 1.0))
             throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
             if vertex >= part.begin:
-                told = lookup(lit, surface.position, surface.geometric_normal)
-                if told.known:
-                    light += wp.cw_mul(throughput, told.earlier)
+                estimate = lookup(lit, surface.position, surface.geometric_normal)
+                if estimate.known:
+                    light += wp.cw_mul(throughput, estimate.earlier)
                     break
                 if vertex + 1 == part.end:
                     ends.unknown[index] = 1

@@ -14,7 +14,7 @@ from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
-from gpu.indirect.illumination import Told
+from gpu.indirect.illumination import IrradianceEstimate
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, reaches
 from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, allocate_sites, estimate_irradiance
 from gpu.lights.photon_tree import PhotonTree
@@ -102,15 +102,15 @@ def nearest_site(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> int:
 
 
 @wp.func
-def irradiance_in_full_map(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> Told:
+def irradiance_in_full_map(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> IrradianceEstimate:
     """What is known of the irradiance of a surface point."""
-    told = Told()
+    estimate = IrradianceEstimate()
     site = nearest_site(lit, position, normal)
     if site >= 0:
-        told.irradiance = lit.sites.irradiance[site]
-        told.earlier = lit.sites.earlier[site]
-        told.known = True
-    return told
+        estimate.irradiance = lit.sites.irradiance[site]
+        estimate.earlier = lit.sites.earlier[site]
+        estimate.known = True
+    return estimate
 
 
 class FullMapLight:

@@ -12,7 +12,7 @@ from gpu.correction.bias_compensation import CompensationPaths, compensate_bias
 from gpu.correction.fireflies import take_fireflies
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
-from gpu.correction.visibility_correction import Correction, Passes
+from gpu.correction.visibility_correction import Correction, RayPasses
 from gpu.correction.vpl_connections import Connections, connect
 from gpu.indirect.clustered_light import ClusteredLight, clustered_light
 from gpu.indirect.irradiance import Indirect
@@ -129,7 +129,7 @@ class FuzzyCorrection:
             trace = partial(rays.trace, scene, gbuffer)
             if as_wanted and passes > 1:
                 stages.join()
-            trace(points, *light(), Passes(seed, settled, range(passes), as_wanted=as_wanted))
+            trace(points, *light(), RayPasses(seed, settled, range(passes), as_wanted=as_wanted))
             filtered = rays.own
             if kind.denoise:
                 residual = history.take_light(points, indirect.irradiance, rays.own)
@@ -138,7 +138,7 @@ class FuzzyCorrection:
                 rays.bound(points, indirect.irradiance, history.frames, filtered)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
-                trace(self.suspected, *light(), Passes(seed, settled, SUSPECTS_PASS))
+                trace(self.suspected, *light(), RayPasses(seed, settled, SUSPECTS_PASS))
                 self.refined.find(self.suspected, gbuffer, *dispute)
             points.add(filtered, indirect.irradiance)
 

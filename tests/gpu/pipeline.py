@@ -10,7 +10,7 @@ from scenes import column, results, traced_vpls
 
 from gpu.core.device import allocate, launch
 from gpu.core.kahan import Sum, kahan_add
-from gpu.correction.visibility_correction import Correction, Passes
+from gpu.correction.visibility_correction import Correction, RayPasses
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
@@ -157,14 +157,14 @@ class Pipeline:
                 as_wanted: bool = False) -> None:  # fmt: skip
         """Check what is shaded, at all SPs or at `points`, by passes of these `numbers`.
 
-        settled, as_wanted: as for `Passes`.
+        settled, as_wanted: as for `RayPasses`.
         """
         view = self.view
         if settled is None:
             settled = wp.zeros(view.pixels, dtype=int, device=view.device)
         view.seed.fill_(seed)
         correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.known, view.indirect,
-                         Passes(view.seed, settled, numbers, as_wanted=as_wanted))  # fmt: skip
+                         RayPasses(view.seed, settled, numbers, as_wanted=as_wanted))  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:
         """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""

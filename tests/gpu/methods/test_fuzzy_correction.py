@@ -7,7 +7,7 @@ from pictures import CAMERA, QUALITY, SIZE, lamp_room
 from scenes import slats
 
 from gpu.correction.outliers import OutlierParameters, OutlierPoints
-from gpu.correction.visibility_correction import Correction, Passes
+from gpu.correction.visibility_correction import Correction, RayPasses
 from gpu.correction.vpl_connections import connect
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -65,7 +65,7 @@ def test_later_frames_of_a_still_view_have_three_passes(
     traced, connected, trace = [], [], Correction.trace
 
     def noted(self: Correction, *inputs: Any) -> None:
-        passes: Passes = inputs[-1]
+        passes: RayPasses = inputs[-1]
         if passes.numbers.start == 0:
             traced.append(len(passes.numbers))
         trace(self, *inputs)
