@@ -186,6 +186,22 @@ def below_sheen(surface: Surface, view: wp.vec3, color: wp.vec3, roughness: floa
 
 
 @wp.func
+def hit_at(scene: SceneData, face: int, position: wp.vec3) -> Hit:
+    """The hit of a triangle at a `position` on it, without the distance of a ray."""
+    corner = scene.triangles[face]
+    last = scene.vertices[corner[2]]
+    a = scene.vertices[corner[0]] - last
+    b = scene.vertices[corner[1]] - last
+    normal = wp.cross(a, b)
+    square = wp.dot(normal, normal)
+    hit = Hit()
+    hit.face = face
+    hit.u = wp.dot(wp.cross(position - last, b), normal) / square
+    hit.v = wp.dot(wp.cross(a, position - last), normal) / square
+    return hit
+
+
+@wp.func
 def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     """The surface that a ray along unit `direction` hit; `hit` must be one."""
     surface = Surface()

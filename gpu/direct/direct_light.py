@@ -166,8 +166,10 @@ def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
 
 
 @wp.func
-def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
-    """What soft light is divided by while it is smoothed, so that textures stay sharp: an SP's whole reflectance."""
+def demodulation(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """What soft light is divided by while it is smoothed, so that textures stay sharp (C. Schied et al. 2017): how much
+    an SP reflects by both lobes.
+    """
     return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
 
 
@@ -244,7 +246,7 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
             own.selection = samples.selection
             own.bins = bins_at(samples.selection, pixel, image.width)
         light = area_light(scene, table, surface, view, own)
-        soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
+        soft[pixel] = wp.cw_div(light, demodulation(gbuffer, pixel))
 
     return direct_light_kernel
 
@@ -254,7 +256,7 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
     """One thread a pixel: adds its soft light to what the camera sees."""
     pixel = first + wp.tid()
     if gbuffer.face[pixel] != NO_HIT:
-        light = wp.cw_mul(soft[pixel], colour_of(gbuffer, pixel))
+        light = wp.cw_mul(soft[pixel], demodulation(gbuffer, pixel))
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], light)
 
 

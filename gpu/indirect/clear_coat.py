@@ -14,10 +14,9 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.scattering import PartChoice, coat_share, part_of
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
+from gpu.device_scene.surface import hit_at, surface_at
 from gpu.direct.direct_light import DirectSamples, area_light, delta_light, samples_by_power
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.indirect.frosted_glass import hit_at
 from gpu.indirect.lobe_light import LOBE_PAIR, NO_EMISSION, KnownLight, light_along, lobe_ray
 from gpu.sampling.sobol import sobol_pair_at
 

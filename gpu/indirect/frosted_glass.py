@@ -10,13 +10,13 @@ import warp as wp
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
-from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated, glass_density, glass_value, sample_side, side_share
 from gpu.device_scene.panes import meet, met_surface, transmittance
 from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface, hit_at, surface_at
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
@@ -42,22 +42,6 @@ GLASS_PAIR = wp.constant(int(LOBE_PAIR) + 2 * int(LOBE_VERTICES) + 3)
 FACE_PAIR = wp.constant(int(GLASS_PAIR) + 2)
 # Against division by zero [W/m²/sr].
 LEAST_BRIGHT = wp.constant(1.0e-12)
-
-
-@wp.func
-def hit_at(scene: SceneData, face: int, position: wp.vec3) -> Hit:
-    """The hit of a triangle at a `position` on it."""
-    corner = scene.triangles[face]
-    last = scene.vertices[corner[2]]
-    a = scene.vertices[corner[0]] - last
-    b = scene.vertices[corner[1]] - last
-    normal = wp.cross(a, b)
-    square = wp.dot(normal, normal)
-    hit = Hit()
-    hit.face = face
-    hit.u = wp.dot(wp.cross(position - last, b), normal) / square
-    hit.v = wp.dot(wp.cross(a, position - last), normal) / square
-    return hit
 
 
 @wp.func

@@ -8,7 +8,7 @@ from scenes import column, grey, quad, resident_of, results
 
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
-from gpu.device_scene.surface import surface_at
+from gpu.device_scene.surface import hit_at, surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Material, Texture, TextureSlot
@@ -32,6 +32,17 @@ def surface_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], dir
     out[8 * index + 5] = surface.emission
     out[8 * index + 6] = surface.f0
     out[8 * index + 7] = wp.vec3(surface.roughness, 0.0, 0.0)
+
+
+@wp.kernel
+def hit_at_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], direction: wp.vec3,
+                  out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """(face, u, v) of each ray's hit, and of the point where that is."""
+    index = first + wp.tid()
+    hit = closest_hit(scene, origins[index], direction, 10.0)
+    found = hit_at(scene, hit.face, origins[index] + direction * hit.t)
+    out[2 * index] = wp.vec3(float(hit.face), hit.u, hit.v)
+    out[2 * index + 1] = wp.vec3(float(found.face), found.u, found.v)
 
 
 def seen(device_scene: DeviceScene, origin: Any, direction: Any, *, lambertian: bool = False) -> Doubles:
@@ -61,6 +72,14 @@ def test_both_sides_reflect_and_only_the_front_emits() -> None:
     assert np.allclose(front[EMISSION], 3.0)
     assert np.allclose(back[EMISSION], 0.0)
     assert np.allclose([front[ALBEDO], back[ALBEDO]], 0.4)
+
+
+def test_a_point_of_a_triangle_is_the_hit_of_the_ray_that_comes_there() -> None:
+    origins = np.random.default_rng(1).uniform([-0.45, -0.45, 1.0], [0.45, 0.45, 2.0], (64, 3))
+    inputs = [wall(grey(0.5)).data, column(origins, wp.vec3), wp.vec3(0.0, 0.0, -1.0)]
+    hits = results(hit_at_kernel, len(origins), inputs, wp.vec3, width=2).reshape(-1, 2, 3)
+    assert {*hits[:, 0, 0]} == {0.0, 1.0}
+    assert np.allclose(hits[:, 1], hits[:, 0], atol=1e-5)
 
 
 def bent_wall() -> DeviceScene:
