@@ -48,6 +48,9 @@ class ErrorModelParameters:
     first_frames: int = 6
 
 
+ERROR_MODEL_PARAMETERS = ErrorModelParameters()
+
+
 @dataclass(frozen=True)
 class Estimate:
     """A frame's error, and the standard deviation of its noise. It may be below zero, but is right in the mean.
@@ -63,28 +66,27 @@ class Estimate:
 class ErrorModel:
     """Errors of levels, by estimates of those that frames had."""
 
-    def __init__(self, parameters: ErrorModelParameters | None = None) -> None:
-        self._parameters = parameters or ErrorModelParameters()
+    def __init__(self) -> None:
         # Logarithm of the next view's hardness, and of the last one's; and by how much it changes in a frame.
         self._hardness = self._last_hardness = log(LEAST_ERROR)
         self._trend = 0.0
-        self._sp_power = self._parameters.sp_power
+        self._sp_power = ERROR_MODEL_PARAMETERS.sp_power
         # The last level and its error, and whether the next frame is of the same view.
         self._last: tuple[Level, float] | None = None
         self._holds = False
-        self._lit = self._parameters.min_lit
+        self._lit = ERROR_MODEL_PARAMETERS.min_lit
         # Frames, and those that told something.
         self._seen = self._learnt = 0
 
     @property
     def near(self) -> float:
         """How far off a target, in logarithms, is near enough for a level to stay."""
-        return self._parameters.near
+        return ERROR_MODEL_PARAMETERS.near
 
     @property
     def ready(self) -> bool:
         """Whether enough was seen for a first picture."""
-        return self._seen >= self._parameters.first_frames
+        return self._seen >= ERROR_MODEL_PARAMETERS.first_frames
 
     def observe(self, level: Level, seen: Estimate) -> None:
         """A frame of `level` had this error; one that is not finite, or of a black frame, tells nothing."""
@@ -93,7 +95,7 @@ class ErrorModel:
         if self._holds and self._last:
             self._learn_power(*self._last, level, seen.error)
         self._last, self._holds = (level, seen.error), False
-        self._lit = max(seen.lit, self._parameters.min_lit)
+        self._lit = max(seen.lit, ERROR_MODEL_PARAMETERS.min_lit)
         self._seen += 1
         if seen.lit > 0.0:
             self._learn(level, seen.error / self._lit, seen.deviation / self._lit)
@@ -108,18 +110,18 @@ class ErrorModel:
 
     def _sp_basis(self, level: Level) -> float:
         """The logarithm of an error that falls by a power of 1 of SP clusters near their usual number."""
-        own = self._parameters
+        own = ERROR_MODEL_PARAMETERS
         ratio = level.sp_clusters / (FOR_ERROR.sps_per_vpl * level.vpl_clusters)
         scale = (1.0 + own.sp_share) / (own.sp_share * own.sp_fall)
         return scale * log(1.0 + own.sp_share * ratio**-own.sp_fall)
 
     def _gain_of(self, level: Level) -> float:
         """By how much, in logarithms, counts of `level` lower errors."""
-        return self._parameters.vpl_power * log(level.vpl_clusters) - self._sp_power * self._sp_basis(level)
+        return ERROR_MODEL_PARAMETERS.vpl_power * log(level.vpl_clusters) - self._sp_power * self._sp_basis(level)
 
     def _learn_power(self, before: Level, error_before: float, level: Level, error: float) -> None:
         """Two levels of as many VPL clusters had these errors in one view: how much SP clusters help."""
-        own, step = self._parameters, self._sp_basis(before) - self._sp_basis(level)
+        own, step = ERROR_MODEL_PARAMETERS, self._sp_basis(before) - self._sp_basis(level)
         if before.vpl_clusters != level.vpl_clusters or not step or not min(error_before, error) > 0.0:
             return
         gain = self._gain_of(before)
@@ -129,7 +131,7 @@ class ErrorModel:
 
     def _learn(self, level: Level, error: float, deviation: float) -> None:
         """The pixels that have light had this error, with this deviation."""
-        own = self._parameters
+        own = ERROR_MODEL_PARAMETERS
         if not self._learnt:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._hardness = log(max(error, deviation, LEAST_ERROR)) + self._gain_of(level)

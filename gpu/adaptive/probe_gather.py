@@ -193,8 +193,8 @@ def probe_light_kernel(first: int, vpls: VplClusters, rays: ShadowRays, light: w
 class ProbeLight:
     """The light at `count` probes; its arrays are allocated once. light: (probe, 2), flattened [W/m²]."""
 
-    def __init__(self, count: int, device: wp.Device, chosen: ProbeLightParameters = PROBE_LIGHT_PARAMETERS) -> None:
-        self.device, self.capacity, self._chosen = device, count, chosen
+    def __init__(self, count: int, device: wp.Device) -> None:
+        self.device, self.capacity = device, count
         # A part's light, and then that of the parts before it too: what all threads of a probe compare with is computed
         # once, since sums that round otherwise would lose rays.
         self._parts = GroupTable()
@@ -205,7 +205,7 @@ class ProbeLight:
     def gather(self, scene: SceneData, gbuffer: GBuffer, points: PointList, frame: wp.array, vpls: VplClusters) -> None:
         """Two estimates of the light of `vpls` at `points`; other rays in each `frame` (1,)."""
         count, device, parts, rays = self.capacity, self.device, self._parts, self._rays
-        looks = [vpls, self._chosen, parts.cdf]
+        looks = [vpls, PROBE_LIGHT_PARAMETERS, parts.cdf]
         launch(probe_part_kernel, count * PARTS, [gbuffer, points, *looks], device)
         sum_parts(parts, count, points.count)
         rays.vpl.fill_(int(NO_RAY))

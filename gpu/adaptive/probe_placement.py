@@ -33,6 +33,9 @@ class ProbePlacementParameters:
     lasting: float = 0.6
 
 
+PROBE_PLACEMENT_PARAMETERS = ProbePlacementParameters()
+
+
 @wp.func
 def pixel_of_probe(tile: int, image: ImageSize, state: wp.uint32) -> int:
     """One of a tile's pixels."""
@@ -110,15 +113,8 @@ class ProbePlaces:
     points: the probes; counts (probe,): how many pixels each stands for, 1 in the mean.
     """
 
-    def __init__(
-        self,
-        size: tuple[int, int],
-        count: int,
-        device: wp.Device,
-        parameters: ProbePlacementParameters | None = None,
-    ) -> None:
+    def __init__(self, size: tuple[int, int], count: int, device: wp.Device) -> None:
         self._image, self._device = image_size(size), device
-        self._parameters = parameters or ProbePlacementParameters()
         self._tiles = wp.zeros(count, dtype=int, device=device)
         self.points = PointList()
         self.points.pixels = wp.zeros(count, dtype=int, device=device)
@@ -141,7 +137,7 @@ class ProbePlaces:
 
         Those that are not finite, or all 0, tell nothing.
         """
-        own, device, tiles, weights = self._parameters, self._device, len(self._cdf), self._weights
+        own, device, tiles, weights = PROBE_PLACEMENT_PARAMETERS, self._device, len(self._cdf), self._weights
         inputs = [own.lasting, self._tiles, self.counts, products, self._evenly, self._found, weights]
         launch(tile_error_kernel, tiles, inputs, device)
         array_scan(weights, weights, inclusive=True)

@@ -37,11 +37,13 @@ class TimeModelParameters:
     near: float = 0.05
 
 
+TIME_MODEL_PARAMETERS = TimeModelParameters()
+
+
 class TimeModel:
     """Times of a frame's parts [ms], its stages and the host's, by name: a frame's are like those of the one before."""
 
-    def __init__(self, parameters: TimeModelParameters | None = None) -> None:
-        self._parameters = parameters or TimeModelParameters()
+    def __init__(self) -> None:
         self._seen = 0
         self._units: dict[str, float] = {}
         self._trend, self._square = 1.0, 0.0
@@ -54,17 +56,17 @@ class TimeModel:
         if self._seen < 2:
             return 1.0
         share = self._share
-        return self._parameters.near + sqrt(self._square * share / (2.0 - share))
+        return TIME_MODEL_PARAMETERS.near + sqrt(self._square * share / (2.0 - share))
 
     @property
     def ready(self) -> bool:
         """Whether enough was seen for a first picture."""
-        return self._seen >= self._parameters.frames
+        return self._seen >= TIME_MODEL_PARAMETERS.frames
 
     def observe(self, level: Level, stages: Mapping[str, float]) -> None:
         """A frame of `level` took so long for these `stages` [ms]."""
         ratio = sum(stages.values()) / self.predict(level) if self._seen else 1.0
-        most = self._parameters.surprise
+        most = TIME_MODEL_PARAMETERS.surprise
         surprised = not 1.0 / most <= ratio <= most
         if surprised and not self._surprised:
             self._surprised = True
@@ -73,7 +75,7 @@ class TimeModel:
             self._units = {name: unit * ratio for name, unit in self._units.items()}
         else:
             miss = min(max(ratio - 1.0, -1.0), 1.0)
-            self._trend *= 1.0 + self._parameters.trend * miss
+            self._trend *= 1.0 + TIME_MODEL_PARAMETERS.trend * miss
             if level == self._level:  # else a miss tells of the powers, not of noise
                 self._square += self._share * (miss**2 - self._square)
         self._surprised, self._level = False, level
@@ -90,8 +92,8 @@ class TimeModel:
 
     @property
     def _share(self) -> float:
-        return 1.0 / max(min(self._seen, self._parameters.frames), 1.0)
+        return 1.0 / max(min(self._seen, TIME_MODEL_PARAMETERS.frames), 1.0)
 
     def _scale(self, name: str, level: Level) -> float:
-        sps, vpls, passes = self._parameters.powers.get(name, (0.0, 0.0, 0.0))
+        sps, vpls, passes = TIME_MODEL_PARAMETERS.powers.get(name, (0.0, 0.0, 0.0))
         return float(level.sp_clusters**sps * level.vpl_clusters**vpls * level.passes**passes)

@@ -7,7 +7,6 @@ with the nearest of them alone.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import warp as wp
 from warp.utils import radix_sort_pairs
@@ -185,16 +184,15 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
 class BrightPoints(Selection):
     """Of an image of `size` (width, height) the at most `capacity` SPs that may be brightest, with RAYS rays for each.
 
-    Its arrays are allocated once. quality: AdaptiveRayParameters.
+    Its arrays are allocated once.
     """
 
-    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device,
-                 quality: Any = ADAPTIVE_RAY_PARAMETERS) -> None:  # fmt: skip
+    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device) -> None:
         super().__init__(size[0] * size[1], capacity, int(LAST), device)
-        self._image, self._quality = image_size(size), quality
+        self._image = image_size(size)
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
-        bright = int(SAMPLES) - 1 - quality.brighter
+        bright = int(SAMPLES) - 1 - ADAPTIVE_RAY_PARAMETERS.brighter
         self._least = self._samples[bright : bright + 1]
         self._rays = shadow_rays(self.capacity, RAYS, device, side_by_side=False, control_variate=True)
         self._residual = Residual()
@@ -205,9 +203,10 @@ class BrightPoints(Selection):
               seed: wp.array, picture: MeanBrightness) -> None:  # fmt: skip
         """Choose of `sps`, shaded by what is `known`, and trace the rays; seed: (1,); picture: how bright it is."""
         fuzziness, device, rays = known.clusters.cluster.shape[0], self.device, RAYS * self.capacity
+        listed, least = (sps.points, sps.listed), self._least
         wp.copy(self._samples, picture.samples, count=int(SAMPLES))
         radix_sort_pairs(self._samples, self._sample_order, int(SAMPLES))
-        inputs = [gbuffer, sps.points, sps.listed, self._image, indirect, self._least, self.keys, self._quality]
+        inputs = [gbuffer, *listed, self._image, indirect, least, self.keys, ADAPTIVE_RAY_PARAMETERS]
         launch(adaptive_key_kernel, sps.capacity, inputs, device)
         self.choose(sps)
         launch(adaptive_step_kernel, rays, [self.points, indirect, seed, self._rays], device)
@@ -222,7 +221,7 @@ class BrightPoints(Selection):
         """Have what the rays found in `light` and `irradiance`, as the kernels tell; (pixel,) each."""
         known = PixelLight()
         known.clustered, known.frames, known.light, known.irradiance = clustered, frames, light, irradiance
-        inputs = [self.points, vpls, self._rays, known, self._residual, self._quality]
+        inputs = [self.points, vpls, self._rays, known, self._residual, ADAPTIVE_RAY_PARAMETERS]
         launch(adaptive_irradiance_kernel, self.capacity, inputs, self.device)
-        inputs = [gbuffer, self._image, self.points, self._residual, known, self._quality]
+        inputs = [gbuffer, self._image, self.points, self._residual, known, ADAPTIVE_RAY_PARAMETERS]
         launch(residual_filter_kernel, self.capacity, inputs, self.device)

@@ -194,9 +194,8 @@ class Correction:
     too much of, then negative [W/m²]; rays: CHECKS of each.
     """
 
-    def __init__(self, capacity: int, device: wp.Device, most: int = 1,
-                 chosen: CorrectionParameters = CORRECTION_PARAMETERS) -> None:  # fmt: skip
-        self.device, self._chosen = device, chosen
+    def __init__(self, capacity: int, device: wp.Device, most: int = 1) -> None:
+        self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
         self.rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True)
@@ -242,5 +241,5 @@ class Correction:
 
         Frames that are averaged are not bounded: their mean would be too large.
         """
-        inputs = [points.points, irradiance, frames, self._chosen, correction]
+        inputs = [points.points, irradiance, frames, CORRECTION_PARAMETERS, correction]
         launch(bound_correction_kernel, points.capacity, inputs, self.device)

@@ -205,9 +205,8 @@ def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
 class Smoothing:
     """Smooths light of an image of `size` (width, height); its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device,
-                 chosen: AtrousParameters = ATROUS_PARAMETERS) -> None:  # fmt: skip
-        self.device, self._size, self._image, self._chosen = device, size, image_size(size), chosen
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self.device, self._size, self._image = device, size, image_size(size)
         pixels = size[0] * size[1]
         self._deviation = wp.zeros(pixels, dtype=float, device=device)
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
@@ -218,7 +217,7 @@ class Smoothing:
 
         frames (pixel,): how many the light is the mean of; 0 counts as 1.
         """
-        image, chosen, deviation = self._image, self._chosen, self._deviation
+        image, chosen, deviation = self._image, ATROUS_PARAMETERS, self._deviation
         inputs = [gbuffer, image, chosen.plane_tolerance, light, deviation]
         launch(light_deviation_kernel, len(light), inputs, self.device)
         source, target, other = light, self._other, self._third
@@ -234,7 +233,7 @@ class Smoothing:
         """
         source, target = light, self._other
         for step in STEPS:
-            inputs = [gbuffer, self._image, sps.listed, step, self._chosen.plane_tolerance, source, target]
+            inputs = [gbuffer, self._image, sps.listed, step, ATROUS_PARAMETERS.plane_tolerance, source, target]
             launch(spread_kernel, len(light), inputs, self.device)
             source, target = target, self._third if target is self._other else self._other
         return source
@@ -247,7 +246,7 @@ class Smoothing:
         their mean. frames (pixel,): of how many earlier frames the light is known. With these it is shared nearer, and
         `nearer_on_detail` at uneven surfaces.
         """
-        guides, sparse, chosen = LightGuide(), sparse_image(self._size, sps), self._chosen
+        guides, sparse, chosen = LightGuide(), sparse_image(self._size, sps), ATROUS_PARAMETERS
         guides.light, guides.frames = guide, frames
         if not nearer_on_detail:
             chosen = duplicate(AtrousParameters, chosen)

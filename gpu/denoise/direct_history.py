@@ -101,9 +101,7 @@ class DirectHistory:
     frames (pixel,): how many the light of the frame at hand is the mean of.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device,
-                 chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
-        self._chosen = chosen
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
         self.frames = wp.zeros(size[0] * size[1], dtype=int, device=device)
         self._known: DirectHistoryData = allocate(DirectHistoryData, len(self.frames), device)
 
@@ -115,7 +113,7 @@ class DirectHistory:
 
     def find(self, gbuffer: GBuffer, previous: PreviousFrame) -> wp.array:
         """Of how many frames light is known before this one's rays, (pixel,), up to the next `take`."""
-        inputs = [gbuffer, previous.data, self._known.frames, self._chosen, self.frames]
+        inputs = [gbuffer, previous.data, self._known.frames, REPROJECTION_PARAMETERS, self.frames]
         launch(known_frames_kernel, len(self.frames), inputs, self.frames.device)
         return self.frames
 
@@ -126,6 +124,6 @@ class DirectHistory:
         """
         now = DirectHistoryData()
         now.frames, now.light = self.frames, light
-        inputs = [gbuffer, previous.data, self._known, read_history, self._chosen, now]
+        inputs = [gbuffer, previous.data, self._known, read_history, REPROJECTION_PARAMETERS, now]
         launch(blend_direct_kernel, len(light), inputs, self.frames.device)
         launch(keep_direct_kernel, len(light), [now, self._known], self.frames.device)

@@ -162,9 +162,8 @@ class IndirectHistory:
     in what its rays find, and keeps all that for the next one.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device,
-                 chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
-        self.device, self._size, self._chosen = device, size, chosen
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self.device, self._size = device, size
         pixels = size[0] * size[1]
         self._now: IndirectLight = allocate(IndirectLight, pixels, device)
         self.frames, self.settled, self.light = self._now.frames, self._now.settled, self._now.light
@@ -186,21 +185,21 @@ class IndirectHistory:
     def find(self, gbuffer: GBuffer, sps: ShadingPoints, previous: PreviousFrame, seed: wp.array) -> None:
         """Find this frame's `sps` in the `previous` one; seed: (1,), this frame's."""
         sparse = sparse_image(self._size, sps)
-        inputs = [gbuffer, sps.points, sparse, previous.data, self._kept, seed, self._chosen, self._now]
+        inputs = [gbuffer, sps.points, sparse, previous.data, self._kept, seed, REPROJECTION_PARAMETERS, self._now]
         launch(find_indirect_kernel, sps.capacity, inputs, self.device)
 
     def take_light(self, sps: ShadingPoints, irradiance: wp.array, correction: wp.array) -> wp.array:
         """What `irradiance` lacks by the rays of all frames, by this frame's `correction`; (pixel,) each."""
-        inputs = [sps.points, irradiance, correction, self._chosen.max_frames, self._now, self._residual]
+        inputs = [sps.points, irradiance, correction, REPROJECTION_PARAMETERS.max_frames, self._now, self._residual]
         launch(blend_indirect_kernel, sps.capacity, inputs, self.device)
         return self._residual
 
     def take_near(self, sps: ShadingPoints, light: wp.array) -> None:
         """Make of the near-field `light` (pixel,) that this frame's rays found that of all frames' rays."""
-        inputs = [sps.points, light, self._chosen.max_frames, self._now]
+        inputs = [sps.points, light, REPROJECTION_PARAMETERS.max_frames, self._now]
         launch(blend_near_kernel, sps.capacity, inputs, self.device)
 
     def keep(self, sps: ShadingPoints) -> None:
         """Keep what is known of `sps` for the next frame."""
-        inputs = [sps.listed, self._now, self._chosen.max_frames, self._kept, self.known]
+        inputs = [sps.listed, self._now, REPROJECTION_PARAMETERS.max_frames, self._kept, self.known]
         launch(keep_indirect_kernel, sps.capacity, inputs, self.device)

@@ -161,11 +161,11 @@ def _areas_of(tree: BinaryTree, nodes: Ints) -> Doubles:
     return np.asarray(size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0])
 
 
-def reinsert(tree: BinaryTree, order: wp.array, chosen: ReinsertionParameters = REINSERTION_PARAMETERS) -> None:
+def reinsert(tree: BinaryTree, order: wp.array) -> None:
     """Move subtrees to where rays look at less for them; order: as of `ordered`, which the tree then has no more."""
-    nodes = order.numpy()
+    nodes, most = order.numpy(), REINSERTION_PARAMETERS.moved
     areas = _areas_of(tree, nodes)
-    largest = nodes[np.argpartition(-areas, min(chosen.moved, len(areas) - 1))[: chosen.moved]]
-    for _ in range(chosen.rounds):
+    largest = nodes[np.argpartition(-areas, min(most, len(areas) - 1))[:most]]
+    for _ in range(REINSERTION_PARAMETERS.rounds):
         moved = largest[np.argsort(-_areas_of(tree, largest), kind="stable")]
         launch_on_host(reinsert_kernel, [tree, wp.array(moved, dtype=int, device=order.device)])

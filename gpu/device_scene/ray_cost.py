@@ -48,16 +48,16 @@ def ray_cost_kernel(first: int, bvh: Bvh, most: int, costs: wp.array[int]) -> No
     costs[ray] = looks(bvh, origin, direction, RAY_LENGTH, False, False, most)
 
 
-def ray_costs(bvh: Bvh, chosen: RayCostParameters = RAY_COST_PARAMETERS) -> Ints:
-    """At how many nodes and triangles of a tree rays to its triangles look, shape (ray,), at most `chosen.most`."""
-    costs = wp.zeros(chosen.rays, dtype=int, device=bvh.faces.device)
-    count_looks(bvh, costs, chosen)
+def ray_costs(bvh: Bvh) -> Ints:
+    """At how many nodes and triangles of a tree rays to its triangles look, shape (ray,), as far as it is counted."""
+    costs = wp.zeros(RAY_COST_PARAMETERS.rays, dtype=int, device=bvh.faces.device)
+    count_looks(bvh, costs)
     return np.asarray(costs.numpy())
 
 
-def count_looks(bvh: Bvh, costs: wp.array, chosen: RayCostParameters = RAY_COST_PARAMETERS) -> None:
+def count_looks(bvh: Bvh, costs: wp.array) -> None:
     """As `ray_costs`, into an array of a device (ray,)."""
-    launch(ray_cost_kernel, chosen.rays, [bvh, chosen.most, costs], bvh.faces.device)
+    launch(ray_cost_kernel, RAY_COST_PARAMETERS.rays, [bvh, RAY_COST_PARAMETERS.most, costs], bvh.faces.device)
 
 
 def check_ray_cost(scene: Scene, bvh: Bvh) -> None:

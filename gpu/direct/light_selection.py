@@ -200,9 +200,8 @@ def select_lights_kernel(first: int, by_power: float, selection: LightSelection)
 class LightProbes:
     """Learns the selection for pictures of `size` (width, height), each anew; its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device,
-                 chosen: SelectionParameters = SELECTION_PARAMETERS) -> None:  # fmt: skip
-        self._size, self._chosen = size, chosen
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self._size = size
         self._rows, columns = (-(-side // int(TILE)) for side in reversed(size))
         tiles = self._rows * columns
         self._probed, self.selection = ProbedLight(), LightSelection()
@@ -214,7 +213,7 @@ class LightProbes:
 
     def run(self, scene: SceneData, table: LightTable, gbuffer: GBuffer, seed: int) -> None:
         """Learn the `selection` for what is in `gbuffer`, by rays to samples of `seed`."""
-        probed, selection, chosen = self._probed, self.selection, self._chosen
+        probed, selection, chosen = self._probed, self.selection, SELECTION_PARAMETERS
         device, columns = probed.sent.device, selection.columns
         inputs = [scene, table, gbuffer, image_size(self._size), columns, seed, probed]
         launch(probe_lights_kernel, len(probed.sent), inputs, device)

@@ -41,12 +41,11 @@ class ClusteredLight:
     guide: GuideParameters
 
 
-def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplClusters, far: FarLight,
-                    guide: Any = GUIDE_PARAMETERS) -> ClusteredLight:  # fmt: skip
-    """These as kernels take them; guide: GuideParameters."""
+def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplClusters, far: FarLight) -> ClusteredLight:
+    """These as kernels take them."""
     light = ClusteredLight()
     light.clusters, light.visibility, light.vpls, light.far = clusters, visibility, vpls, far
-    light.guide = guide
+    light.guide = GUIDE_PARAMETERS
     return light
 
 

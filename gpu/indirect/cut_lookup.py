@@ -122,14 +122,15 @@ class CutLight:
 
     data, lookup = CutMap, irradiance_in_cut
 
-    def __init__(self, tree: PhotonTree, size: int, chosen: CutLookupParameters = CUT_LOOKUP_PARAMETERS) -> None:
+    def __init__(self, tree: PhotonTree, size: int) -> None:
         self.cut = IlluminationCut(tree, size)
         device = self.cut.device
         flatness = float(self.cut.sites.alike.plane_weight)
-        self._disks = DiskGridBuilder(size, float(chosen.most_reach), flatness, device)
+        self._disks = DiskGridBuilder(size, float(CUT_LOOKUP_PARAMETERS.most_reach), flatness, device)
         self._whole = wp.ones(1, dtype=float, device=device)
         self.lit = CutMap()
-        self.lit.chosen, self.lit.tree, self.lit.sites, self.lit.grid = chosen, tree, self.cut.sites, self._disks.grid
+        self.lit.chosen, self.lit.tree = CUT_LOOKUP_PARAMETERS, tree
+        self.lit.sites, self.lit.grid = self.cut.sites, self._disks.grid
         self.lit.position, self.lit.normal = (wp.zeros(size, dtype=wp.vec3, device=device) for _ in range(2))
         self.lit.reach, self.lit.free = (wp.zeros(size, dtype=float, device=device) for _ in range(2))
 

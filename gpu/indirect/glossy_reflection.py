@@ -174,9 +174,8 @@ class GlossyReflection:
     light (pixel,): what the lobes' rays found, over what lobes reflect of even light [W/m²/sr].
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, features: SceneFeatures,
-                 chosen: GlossParameters = GLOSS_PARAMETERS) -> None:  # fmt: skip
-        self._image, self._device, self._features, self._chosen = image_size(size), device, features, chosen
+    def __init__(self, size: tuple[int, int], device: wp.Device, features: SceneFeatures) -> None:
+        self._image, self._device, self._features = image_size(size), device, features
         pixels = size[0] * size[1]
         self._found: LobeLight = allocate(LobeLight, pixels, device)
         self.light = self._found.light
@@ -189,19 +188,19 @@ class GlossyReflection:
         camera: (1,) CameraData; samples: which of the lobes' they are.
         """
         has, seen_by = self._features, (scene, camera, self._image, gbuffer, known, samples)
-        launch(glossy_ray_kernel(has), len(self.light), [*seen_by, self._chosen, self._found], self._device)
+        launch(glossy_ray_kernel(has), len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
         if has.frosted:
             frosted = frosted_ray_kernel(has)
-            launch(frosted, len(self.light), [*seen_by, self._chosen, self._found], self._device)
+            launch(frosted, len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
 
     def share(self, gbuffer: GBuffer) -> None:
         """Bound fireflies, and share the light between pixels of one surface."""
         source, target = self.light, self._other
-        inputs = [self._image, self._chosen, self._found.reach, source, target]
+        inputs = [self._image, GLOSS_PARAMETERS, self._found.reach, source, target]
         launch(bound_fireflies_kernel, len(source), inputs, self._device)
         wp.copy(source, target)
         for step in STEPS:
-            inputs = [gbuffer, self._image, step, self._chosen, self._found.reach, source, target]
+            inputs = [gbuffer, self._image, step, GLOSS_PARAMETERS, self._found.reach, source, target]
             launch(share_gloss_kernel, len(source), inputs, self._device)
             source, target = target, source
 

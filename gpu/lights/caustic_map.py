@@ -52,9 +52,10 @@ class CausticParameters:
 CAUSTIC_PARAMETERS = CausticParameters()
 
 
-def widest_radius(paths: int, chosen: CausticParameters = CAUSTIC_PARAMETERS) -> float:
+def widest_radius(paths: int) -> float:
     """Of estimates with so many light paths, unit space."""
-    return min(sqrt(NEIGHBOURS * chosen.spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
+    spread = CAUSTIC_PARAMETERS.spread
+    return min(sqrt(NEIGHBOURS * spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
 
 
 @made_for("masks", "alpha")

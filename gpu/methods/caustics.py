@@ -39,11 +39,11 @@ class StillCausticParameters:
 STILL_CAUSTIC_PARAMETERS = StillCausticParameters()
 
 
-def radius_share(sample: int, chosen: StillCausticParameters = STILL_CAUSTIC_PARAMETERS) -> float:
+def radius_share(sample: int) -> float:
     """How wide an estimate of frame `sample` of a still view is beside one of the first (Knaus and Zwicker, Eq. 20)."""
     square = 1.0
     for number in range(1, sample + 1):
-        square *= (number + chosen.kept) / (number + 1)
+        square *= (number + STILL_CAUSTIC_PARAMETERS.kept) / (number + 1)
     return sqrt(square)
 
 

@@ -44,8 +44,7 @@ def _compared(aspect: float, half_height: float, distance: float, orthographic: 
     return points, ways
 
 
-def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float,
-                 chosen: ViewOverlapParameters = VIEW_OVERLAP_PARAMETERS) -> float:  # fmt: skip
+def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
     """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too, from a like side.
 
     aspect: width over height of both images, whatever the cameras' own are.
@@ -57,33 +56,32 @@ def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float,
     x, y, z = seen
     half = last.half_height * (1.0 if last.orthographic else -z)
     inside = (z < 0.0) & (np.abs(x) <= half * aspect) & (np.abs(y) <= half)
+    like_side = VIEW_OVERLAP_PARAMETERS.like_side
     if last.orthographic:
-        alike = -(turn @ here)[2] > chosen.like_side
+        alike = -(turn @ here)[2] > like_side
     else:
-        alike = (turn @ here * seen).sum(axis=0) > chosen.like_side * np.sqrt((seen * seen).sum(axis=0))
+        alike = (turn @ here * seen).sum(axis=0) > like_side * np.sqrt((seen * seen).sum(axis=0))
     return float(np.count_nonzero(inside & alike)) / points.shape[1]
 
 
-def is_seen_again(camera: Camera, last: Camera, aspect: float, distance: float,
-                  chosen: ViewOverlapParameters = VIEW_OVERLAP_PARAMETERS) -> bool:  # fmt: skip
+def is_seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> bool:
     """Whether `view_overlap` is min_overlap or more. Of two cameras near each other four points tell that."""
-    return _shares_middle(camera, last, aspect, distance, chosen) or (
-        view_overlap(camera, last, aspect, distance, chosen) >= chosen.min_overlap
+    return _shares_middle(camera, last, aspect, distance) or (
+        view_overlap(camera, last, aspect, distance) >= VIEW_OVERLAP_PARAMETERS.min_overlap
     )
 
 
-def _shares_middle(camera: Camera, last: Camera, aspect: float, distance: float,
-                   chosen: ViewOverlapParameters) -> bool:  # fmt: skip
+def _shares_middle(camera: Camera, last: Camera, aspect: float, distance: float) -> bool:
     """Whether the middle of what `camera` sees is surely seen by `last` from a like side, and is enough.
 
     If the corners of a rectangle are in a picture, so is all of it. NumPy would take ten times as long for four points.
     """
-    if camera.orthographic or last.orthographic or chosen.min_overlap > MIDDLE_SHARE:
+    if camera.orthographic or last.orthographic or VIEW_OVERLAP_PARAMETERS.min_overlap > MIDDLE_SHARE:
         return False
     axes, eye = _axes(camera)
     others, other_eye = _axes(last)
     way = [here - there for here, there in zip(eye, other_eye, strict=True)]
-    if sum(part * part for part in way) > (chosen.short_way * distance) ** 2:
+    if sum(part * part for part in way) > (VIEW_OVERLAP_PARAMETERS.short_way * distance) ** 2:
         return False
     shift = [sum(a * b for a, b in zip(other, way, strict=True)) for other in others]
     turn = [[sum(a * b for a, b in zip(other, axis, strict=True)) for axis in axes] for other in others]

@@ -35,7 +35,7 @@ class PathLightParameters:
 PATH_LIGHT_PARAMETERS = PathLightParameters()
 
 
-def with_path_light(lit: Scene, filed: Scene, chosen: PathLightParameters = PATH_LIGHT_PARAMETERS) -> Scene:
+def with_path_light(lit: Scene, filed: Scene) -> Scene:
     """`lit`, whose lights are edited, with what they are drawn as; `filed`: the same with the light of its file."""
     now, before = _colors(lit), _colors(filed)
     if np.array_equal(now, before):
@@ -44,9 +44,9 @@ def with_path_light(lit: Scene, filed: Scene, chosen: PathLightParameters = PATH
     new_lamps = now[surfaces].any(axis=1) & ~before[surfaces].any(axis=1)
     power = _power_of_white(filed, filed.material_areas if new_lamps.any() else filed.light_areas)
     drawn = before
-    if _efficiency(power * now.mean(axis=1), power * before.mean(axis=1)) < chosen.least_efficiency:
-        drawn = _rounded(now, before, chosen.step)
-    drawn = np.maximum(drawn, chosen.least_channel * drawn.max(axis=1, keepdims=True))
+    if _efficiency(power * now.mean(axis=1), power * before.mean(axis=1)) < PATH_LIGHT_PARAMETERS.least_efficiency:
+        drawn = _rounded(now, before, PATH_LIGHT_PARAMETERS.step)
+    drawn = np.maximum(drawn, PATH_LIGHT_PARAMETERS.least_channel * drawn.max(axis=1, keepdims=True))
     colors: list[Rgb | None] = [None] * len(now)
     for part in np.flatnonzero((now != drawn).any(axis=1)):
         red, green, blue = drawn[part].tolist()

@@ -25,7 +25,7 @@ from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.sampling.sobol import hashed
-from gpu.sp.budget import ClusterBudget, SpClusterParameters, cluster_spacing, staying_of
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, ClusterBudget, SpClusterParameters, cluster_spacing, staying_of
 from gpu.sp.sp_clusters import ClusterWork, KeptClusters, SpClusters
 
 CORNERS = 8  # of the cube around a representative that holds what may crowd it
@@ -148,7 +148,7 @@ def keep_representatives(kept: KeptClusters, clusters: SpClusters, camera: wp.ar
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`. All of `work` is written.
     """
     count, device = len(work.spacing), work.spacing.device
-    budget, chosen, representatives = kept.budget, kept.chosen, kept.grid.data
+    budget, chosen, representatives = kept.budget, SP_CLUSTER_PARAMETERS, kept.grid.data
     inputs = [camera, image_size(size), gbuffer, points, budget, chosen, clusters, work]
     launch(keep_visible_kernel, count, inputs, device)
     launch(mark_close_pairs_kernel, CORNERS * count, [budget, chosen.crowded, representatives, work], device)

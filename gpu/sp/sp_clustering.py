@@ -16,7 +16,7 @@ from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, morton_key
 from gpu.core.radix_sort import running_total
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, ClusterBudget, SpClusterParameters, adapt_budget_kernel
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, ClusterBudget, adapt_budget_kernel
 from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitParameters, fuzzy_assignment_kernel
 from gpu.sp.reuse import keep_representatives
 from gpu.sp.samples import SampledPoints
@@ -31,14 +31,14 @@ class SpClustering:
     arrays are of the image's size and serve all viewers, whose frames come one after the other.
     """
 
-    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, *, by_distance: bool,
-                 chosen: SpClusterParameters = SP_CLUSTER_PARAMETERS) -> None:  # fmt: skip
+    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, *, by_distance: bool) -> None:
         """by_distance: an SP's `fuzziness` clusters have weights 1/distance (Eq. 10), else equal ones (Eq. 8)."""
         device = self.device = sps.device
-        self._sps, self._chosen, self.most = sps, chosen, min(most, sps.capacity)
+        self._sps, self.most = sps, min(most, sps.capacity)
         self._assignment_kernel = fuzzy_assignment_kernel(fuzziness, by_distance)
-        extra = self._extra = extra_of(self.most, chosen)
-        self._samples = SampledPoints(self.most - extra, chosen.samples_per_cluster, sps.capacity, device)
+        extra = self._extra = extra_of(self.most)
+        per_cluster = SP_CLUSTER_PARAMETERS.samples_per_cluster
+        self._samples = SampledPoints(self.most - extra, per_cluster, sps.capacity, device)
         self._kmeans = KMeans(self._samples.capacity, self.most - extra, device, extra=extra)
         self._work: ClusterWork = allocate(ClusterWork, self.most, device)
         self._deficit_sums = wp.zeros(sps.capacity, dtype=int, device=device)
@@ -59,7 +59,7 @@ class SpClustering:
         return other
 
     def _keep_in(self, grid: Grid) -> None:
-        self._kept = KeptClusters(grid, self._sps.stride, self._chosen)
+        self._kept = KeptClusters(grid, self._sps.stride)
         self._kept.share(self.clusters)
         self._kmeans = self._kmeans.over(grid, self._kept.budget.base)
 
@@ -98,22 +98,22 @@ class SpClustering:
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; relit: all are listed as new, since
         their light is.
         """
-        points, budget, chosen, work = self._sps.points, self._kept.budget, self._kept.chosen, self._work
+        points, budget, work = self._sps.points, self._kept.budget, self._work
         keep_representatives(self._kept, self.clusters, camera, size, gbuffer, points, work)
         self._assign(gbuffer, DEFICIT_TO_FILL)
         running_total(self.deficit, self._deficit_sums)
-        inputs = [gbuffer, points, self._deficit_sums, budget, chosen, work, self.clusters]
+        inputs = [gbuffer, points, self._deficit_sums, budget, SP_CLUSTER_PARAMETERS, work, self.clusters]
         launch(fill_unused_kernel, self.most, inputs, self.device)
-        inputs = [points, self._deficit_sums, work.unused_prefix, chosen, budget]
+        inputs = [points, self._deficit_sums, work.unused_prefix, SP_CLUSTER_PARAMETERS, budget]
         launch(adapt_budget_kernel, 1, inputs, self.device)
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=int(WHOLE_DEFICIT))
         self._list_new(gbuffer, relit=relit)
 
     def _assign(self, gbuffer: GBuffer, scale: DeficitParameters, least_deficit: int = 0) -> None:
         """Find the clusters of all SPs, or of those that have such a deficit by the clusters before."""
-        kept, points = self._kept, self._sps.points
+        kept, points, chosen = self._kept, self._sps.points, SP_CLUSTER_PARAMETERS
         kept.grid.build()
-        inputs = [gbuffer, points, kept.grid.data, kept.budget, kept.chosen, scale, least_deficit, self.clusters]
+        inputs = [gbuffer, points, kept.grid.data, kept.budget, chosen, scale, least_deficit, self.clusters]
         launch(self._assignment_kernel, self._sps.capacity, inputs, self.device)
 
     def _list_new(self, gbuffer: GBuffer, *, relit: bool = False) -> None:

@@ -4,7 +4,7 @@ import warp as wp
 
 from gpu.clustering.grid import ClusteringParameters, Grid
 from gpu.core.device import allocate
-from gpu.sp.budget import ClusterBudget, SpClusterParameters
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, ClusterBudget
 
 # The deficit of an SP that has no cluster near, and of one that has none at all, since none is in use.
 UNSERVED_DEFICIT = wp.constant(1023)
@@ -37,9 +37,9 @@ class SpClusters:
     deficit: wp.array[int]
 
 
-def extra_of(count: int, chosen: SpClusterParameters) -> int:
+def extra_of(count: int) -> int:
     """How many of `count` clusters are kept for SPs that k-means serves badly."""
-    return int(count * chosen.extra_share) if count > 1 else 0
+    return int(count * SP_CLUSTER_PARAMETERS.extra_share) if count > 1 else 0
 
 
 class KeptClusters:
@@ -49,9 +49,9 @@ class KeptClusters:
     `count` of which there are to be: all, until `use` says otherwise.
     """
 
-    def __init__(self, grid: Grid, stride: int, chosen: SpClusterParameters) -> None:
+    def __init__(self, grid: Grid, stride: int) -> None:
         """stride: of the pixels that have SPs."""
-        self.grid, self.chosen, self._stride = grid, chosen, stride
+        self.grid, self._stride = grid, stride
         self.geometric_normal = wp.zeros(grid.capacity, dtype=wp.vec3, device=grid.device)
         self.serving = wp.zeros(grid.capacity, dtype=int, device=grid.device)
         self.budget: ClusterBudget = allocate(ClusterBudget, 1, grid.device)
@@ -63,10 +63,10 @@ class KeptClusters:
         A walk goes on: evenly many of all stay where there are too many, and new ones come in turn, or `at_once`.
         """
         self.count = min(count, self.grid.capacity)
-        base = self.count - extra_of(self.count, self.chosen)
+        base = self.count - extra_of(self.count)
         self.budget.wanted.fill_(self.count)
         self.budget.base.fill_(base)
-        self.budget.max_new.fill_(self.count if at_once else 1 + int(self.chosen.max_new * self.count))
+        self.budget.max_new.fill_(self.count if at_once else 1 + int(SP_CLUSTER_PARAMETERS.max_new * self.count))
         self.budget.spacing_scale.fill_(self._stride * base**-0.5)
 
     def spread(self, stride: int) -> None:
@@ -79,7 +79,7 @@ class KeptClusters:
         """Begin a walk anew."""
         self.grid.data.spacing.zero_()
         self.serving.zero_()
-        self.budget.accepted_distance.fill_(self.chosen.accepted_distance)
+        self.budget.accepted_distance.fill_(SP_CLUSTER_PARAMETERS.accepted_distance)
         wp.copy(self.budget.max_new, self.budget.wanted)
         wp.copy(self.budget.extent, self.budget.wanted)
 

@@ -72,9 +72,8 @@ def bidirectional_importance_kernel(first: int, vpls: Vpls, position: wp.array[w
 class BidirectionalImportance:
     """Of VPLs to a picture; its arrays are allocated once."""
 
-    def __init__(self, device: wp.Device,
-                 chosen: BidirectionalImportanceParameters = BIDIRECTIONAL_IMPORTANCE_PARAMETERS) -> None:  # fmt: skip
-        self._chosen, self.device = chosen, device
+    def __init__(self, device: wp.Device) -> None:
+        self.device = device
         self._position = wp.zeros(VIEW_SAMPLES, dtype=wp.vec3, device=device)
         self._normal = wp.zeros(VIEW_SAMPLES, dtype=wp.vec3, device=device)
 
@@ -83,5 +82,5 @@ class BidirectionalImportance:
         samples = [self._position, self._normal]
         launch(view_sample_kernel, VIEW_SAMPLES, [gbuffer, image_size(size), *samples], self.device)
         lanes = lanes_of(self.device, few=True)
-        inputs = [vpls, *samples, self._chosen, lanes, importance]
+        inputs = [vpls, *samples, BIDIRECTIONAL_IMPORTANCE_PARAMETERS, lanes, importance]
         launch(bidirectional_importance_kernel, lanes * vpls.count, inputs, self.device)

@@ -61,11 +61,9 @@ def lit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices:
             worth[walk, place] = brightness(sample.irradiance) * cosine
 
 
-def important_emitters(
-    device_scene: DeviceScene, scene: SceneData, table: LightTable, chosen: ImportanceParameters = IMPORTANCE_PARAMETERS
-) -> PowerCdf:
+def important_emitters(device_scene: DeviceScene, scene: SceneData, table: LightTable) -> PowerCdf:
     """A choice among all emitters of `table` by what they bring to where the cameras of `device_scene` look."""
-    device, count = device_scene.device, table.count
+    device, count, chosen = device_scene.device, table.count, IMPORTANCE_PARAMETERS
     power = np.diff(table.all_emitters.cumulative.numpy().astype(np.float64), prepend=0.0)
     if count < 2 or not device_scene.scene.cameras:
         return power_cdf(power, device)

@@ -56,9 +56,9 @@ def sunlit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertic
                 wp.atomic_add(seen, light, cell, int(wp.ceil(WHOLE * cosine)))
 
 
-def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> tuple[Sequence[Any], Hashable]:
+def suns_of(scene: Scene) -> tuple[Sequence[Any], Hashable]:
     """What maps of the lights of `scene` depend on besides its geometry: what suns there are, and what cameras see."""
-    suns = [one.kind is LightKind.DIRECTIONAL and one.direction for one in scene.lights[: chosen.most_lights]]
+    suns = [one.kind is LightKind.DIRECTIONAL and one.direction for one in scene.lights[: WALK_PARAMETERS.most_lights]]
     return tuple(suns), any(suns) and tuple(camera.view_key for camera in scene.cameras)
 
 

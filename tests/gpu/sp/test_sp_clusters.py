@@ -4,7 +4,6 @@ import pytest
 import warp as wp
 
 from gpu.clustering.grid import Grid
-from gpu.sp.budget import SP_CLUSTER_PARAMETERS
 from gpu.sp.sp_clusters import KeptClusters
 
 
@@ -14,7 +13,7 @@ def numbers(kept: KeptClusters) -> tuple[int, ...]:
 
 
 def test_a_quarter_is_kept_back_and_a_sixteenth_may_be_new_unless_all_at_once() -> None:
-    kept = KeptClusters(Grid(800, wp.get_device("cpu")), 2, SP_CLUSTER_PARAMETERS)
+    kept = KeptClusters(Grid(800, wp.get_device("cpu")), 2)
     assert numbers(kept) == (800, 600, 51)
     kept.use(400)
     assert numbers(kept) == (400, 300, 26)
@@ -32,7 +31,7 @@ def test_a_quarter_is_kept_back_and_a_sixteenth_may_be_new_unless_all_at_once() 
 
 
 def test_where_sps_are_nearer_clusters_are_as_far_apart_as_before() -> None:
-    kept = KeptClusters(Grid(800, wp.get_device("cpu")), 2, SP_CLUSTER_PARAMETERS)
+    kept = KeptClusters(Grid(800, wp.get_device("cpu")), 2)
     kept.use(400)
     kept.spread(1)
     assert numbers(kept) == (400, 300, 26)
