@@ -49,10 +49,10 @@ def _sides(builder: Builder, out: float) -> list[tuple[Builder, list[float]]]:
     return [(builder.frame(*frame), xs[number // 2]) for number, frame in enumerate(frames)]
 
 
-def _ring(inner: float, y: float) -> Shape:
-    """The level frame from `inner` metres outside the columns to the walls, facing up; UVs are (x, z)."""
+def _ring(inner: float) -> Shape:
+    """The level frame at y = 0 from `inner` metres outside the columns to the walls, facing up; UVs are (x, z)."""
     plans = rectangle((-_OUT_X - LAP, -_OUT_Z - LAP), (_OUT_X + LAP, _OUT_Z + LAP)), _court_plan(inner)
-    shape = surface([np.insert(plan[[0, 1, 2, 3, 0]], 1, y, axis=1) for plan in plans])
+    shape = surface([np.insert(plan[[0, 1, 2, 3, 0]], 1, 0.0, axis=1) for plan in plans])
     return replace(shape, uvs=shape.positions[:, [0, 2]])
 
 
@@ -64,7 +64,7 @@ def _court_plan(out: float) -> np.ndarray:
 def _floors(builder: Builder) -> None:
     marbles = ("#8d7a66 #c9b89c #e4d9c4", "#6f3b30 #8f5545 #a87262")
     builder.textured("marble tiles", textures.tiles(64, marbles, 4, "#8a857c"), (2.4, 2.4), 0.3)
-    builder.add("marble tiles", _ring(0.25, 0.0))
+    builder.add("marble tiles", _ring(0.25))
     flags = ("#8a755c #a48d70 #b8a284", "#7d6a55 #957f66 #aa957a")
     builder.textured("flagstones", textures.tiles(65, flags, 3, "#6b5f50"), (2.1, 2.1), 0.8)
     x, z = _X - 0.29, _Z - 0.29
@@ -116,7 +116,7 @@ def _walk(builder: Builder) -> None:
     builder.textured("red plaster", textures.plaster(68, "#97483a", 0.04), (2.0, 2.0), 0.9)
     boards = textures.planks(69, "#6a4e35 #8b6a49 #a5835d", size=512)
     builder.textured("ceiling boards", boards, (2.4, 1.6), 0.8)
-    builder.add("ceiling boards", _ring(0.2, 0.0).mirrored(1).moved(y=_CEILING))
+    builder.add("ceiling boards", _ring(0.2).mirrored(1).moved(y=_CEILING))
     rail = points("-.002,1 -.002,1.08 .035,1.08 .04,1.07 .022,1.02 .01,1")
     plan = rectangle((-_OUT_X, -_OUT_Z), (_OUT_X, _OUT_Z))
     builder.add("limestone", [moulding(rail, plan), rooms.skirting(plan, 0.16, closed=True)])
