@@ -10,7 +10,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import first_hit, seen_hit
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, camera_ray
-from gpu.scene.to_world import as_vector
+from gpu.scene.floats import triple
 from gpu.scene.types import Camera, Rgb
 
 
@@ -60,5 +60,5 @@ def pick(scene: DeviceScene, camera: Camera, place: tuple[float, float]) -> Pick
     face, (*end, distance) = int(faces.numpy()[0]), ends.numpy()[0].astype(np.float64)
     if face == NO_HIT:
         return None
-    point = as_vector(np.array(end) / placement.scale + placement.centre)
+    point = triple(np.array(end) / placement.scale + placement.centre)
     return PickedPoint(int(scene.triangle_order[face]), point, float(distance / placement.scale))

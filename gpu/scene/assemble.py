@@ -13,6 +13,7 @@ from gpu.scene.bulk import bulk_of
 from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
 from gpu.scene.emitted_power import emitted_power
+from gpu.scene.floats import triple
 from gpu.scene.guess import Shape, frame_of, said_metres
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.lengths import length_text
@@ -24,7 +25,7 @@ from gpu.scene.precision import device_precision, file_precision
 from gpu.scene.shut_in import is_shut_in
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.soundness import sound
-from gpu.scene.to_world import as_vector, camera_in_world, intensity_scale, light_in_unit_space
+from gpu.scene.to_world import camera_in_world, intensity_scale, light_in_unit_space
 from gpu.scene.types import (
     Camera,
     Doubles,
@@ -168,7 +169,7 @@ def assemble(
         cameras=tuple(cameras),
         placement=placement,
         report=LoadReport(tuple(found.ignored), dropped, tuple(notes)),
-        bounds=(as_vector(low), as_vector(high)),
+        bounds=(triple(low), triple(high)),
         frame=frame,
         choices=found.choices,
         objects=objects,

@@ -17,6 +17,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, f
 
 from gpu.errors import UserError
 from gpu.scene.daylight import daylight
+from gpu.scene.floats import triple
 from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
@@ -24,7 +25,6 @@ from gpu.scene.path_light import path_light, with_path_light
 from gpu.scene.pauses import Pause, go_on
 from gpu.scene.posed import posed
 from gpu.scene.sun import sun_direction, sun_position, sun_strength
-from gpu.scene.to_world import as_vector
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
 
 MOST_SHOWN = 5  # ids in a sentence on one that there is not
@@ -335,12 +335,12 @@ def _edited_material(material: Material, edit: MaterialEdit) -> Material:
 def _edited_light(light: Light, edit: LightEdit, placement: Placement) -> Light:
     position, direction = light.position, light.direction
     if edit.position is not None:
-        position = as_vector((np.array(edit.position) - placement.centre) * placement.scale)
+        position = triple((np.array(edit.position) - placement.centre) * placement.scale)
     if (shines := edit.shines) is not None:
-        direction = as_vector(np.array(shines) / np.linalg.norm(shines))
+        direction = triple(np.array(shines) / np.linalg.norm(shines))
     intensity = edit.scale(light.intensity)
     if (sun := edit.sun) is not None:
-        intensity = as_vector(np.array(intensity) * sun_strength(sun[1]))
+        intensity = triple(np.array(intensity) * sun_strength(sun[1]))
     return replace(light, intensity=intensity, position=position, direction=direction)
 
 

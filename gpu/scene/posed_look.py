@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from gpu.scene.floats import triple
 from gpu.scene.keyframes import value_at
 from gpu.scene.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Animation, Motion, Property
 from gpu.scene.path_light import with_path_light
 from gpu.scene.pauses import EVERY, Pause, go_on
-from gpu.scene.to_world import as_vector
 from gpu.scene.types import Doubles, Light, LightKind, Material, Scene
 
 MOST = 1e30  # radiance, or W/sr: so that float32 holds what is computed with it
@@ -89,7 +89,7 @@ def _material(material: Material, values: Values) -> Material:
         changed[field] = now[0] if len(now) == 1 else tuple(now)
     if Property.EMISSIVE in values and Property.EMISSIVE_STRENGTH in values:
         emission = _product(values[Property.EMISSIVE], values[Property.EMISSIVE_STRENGTH])
-        changed["emission"] = as_vector(emission)
+        changed["emission"] = triple(emission)
     return replace(material, **changed)
 
 
@@ -97,7 +97,7 @@ def _light(light: Light, values: Values, scale: float) -> Light:
     if Property.LIGHT_COLOR in values and Property.INTENSITY in values:
         intensity = _product(values[Property.LIGHT_COLOR], values[Property.INTENSITY])
         in_unit_space = intensity if light.kind is LightKind.DIRECTIONAL else intensity * scale
-        light = replace(light, intensity=as_vector(in_unit_space))
+        light = replace(light, intensity=triple(in_unit_space))
     cones = Property.INNER_CONE in values and Property.OUTER_CONE in values
     if cones and light.kind is LightKind.SPOT:
         outer = float(np.clip(values[Property.OUTER_CONE][0], 0.0, pi / 2.0))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from gpu.scene.file_frame import FileFrame
+from gpu.scene.floats import triple
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Placement
 
 
@@ -32,7 +33,7 @@ def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, sa
     if light.kind is LightKind.DIRECTIONAL:
         return light
     scale = intensity_scale(frame, placement, said_metres)
-    return replace(light, intensity=as_vector(np.array(light.intensity) * scale))
+    return replace(light, intensity=triple(np.array(light.intensity) * scale))
 
 
 def intensity_scale(frame: FileFrame, placement: Placement, said_metres: float) -> float:
@@ -42,12 +43,7 @@ def intensity_scale(frame: FileFrame, placement: Placement, said_metres: float) 
 
 def placed_light(light: Light, position: Doubles, direction: Doubles, frame: FileFrame, placement: Placement) -> Light:
     """`light` in unit space at a position and in a direction of the file, (3,); a directional one has no place."""
-    light = replace(light, direction=as_vector(frame.turned(direction)))
+    light = replace(light, direction=triple(frame.turned(direction)))
     if light.kind is LightKind.DIRECTIONAL:
         return light
-    return replace(light, position=as_vector((frame.to_world(position) - placement.centre) * placement.scale))
-
-
-def as_vector(values: Doubles) -> tuple[float, float, float]:
-    """Three numbers of an array as plain floats."""
-    return (float(values[0]), float(values[1]), float(values[2]))
+    return replace(light, position=triple((frame.to_world(position) - placement.centre) * placement.scale))

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from gpu.scene.edits import AIMED, PLACED
+from gpu.scene.floats import triple
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.parts import LightPart, lights_of, material_ids
-from gpu.scene.to_world import as_vector
 from gpu.scene.types import Camera, Doubles, Material, Scene
 from server.wire.browser import (
     AnimationInfo,
@@ -65,7 +65,7 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
 def _describe_objects(scene: Scene) -> tuple[ObjectInfo, ...]:
     boxes = zip(*scene.object_boxes, strict=True)
     listed = zip(scene.objects[:MOST_PARTS], boxes, strict=False)
-    return tuple(ObjectInfo(id=one, box=Bounds(min=as_vector(low), max=as_vector(high))) for one, (low, high) in listed)
+    return tuple(ObjectInfo(id=one, box=Bounds(min=triple(low), max=triple(high))) for one, (low, high) in listed)
 
 
 def _describe_animations(scene: Scene) -> tuple[AnimationInfo, ...]:
@@ -78,7 +78,7 @@ def _describe_light(part: LightPart, scene: Scene) -> LightInfo:
     if part.form not in PLACED and part.form not in AIMED:
         return info
     light, placement = scene.lights[part.index], scene.placement
-    place = as_vector(np.array(light.position) / placement.scale + placement.centre)
+    place = triple(np.array(light.position) / placement.scale + placement.centre)
     moved = {"position": place} if part.form in PLACED else {}
     return info.model_copy(update=moved | ({"direction": light.direction} if part.form in AIMED else {}))
 

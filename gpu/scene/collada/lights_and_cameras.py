@@ -8,8 +8,9 @@ import numpy as np
 
 from gpu.scene.collada.document import Document
 from gpu.scene.collada.nodes import Instance
+from gpu.scene.floats import triple
 from gpu.scene.transforms import rigid
-from gpu.scene.types import Camera, Light, LightKind, Rgb
+from gpu.scene.types import Camera, Light, LightKind
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}
 _ASPECT = 16.0 / 9.0
@@ -42,9 +43,9 @@ def read_light(document: Document, instance: Instance) -> Iterator[Light]:
     yield Light(
         name=instance.node,
         kind=_KINDS[said.tag],
-        intensity=_rgb(np.maximum(color, 0.0)),
-        position=_rgb(instance.to_world[:3, 3]),
-        direction=_rgb(-rigid(instance.to_world)[:3, 2]),
+        intensity=triple(np.maximum(color, 0.0)),
+        position=triple(instance.to_world[:3, 3]),
+        direction=triple(-rigid(instance.to_world)[:3, 2]),
         cos_inner=1.0 if soft else cos(outer),
         cos_outer=cos(outer),
     )
@@ -85,7 +86,3 @@ def _extent(document: Document, said: Element, node: str) -> tuple[float, float]
     if height is not None:
         return height, aspect
     return (width or 0.0) / aspect, aspect
-
-
-def _rgb(values: np.ndarray) -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))

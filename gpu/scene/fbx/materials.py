@@ -9,6 +9,7 @@ import numpy as np
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.files import confined_file, read_bytes
+from gpu.scene.floats import triple
 from gpu.scene.images import decode_image, fitted
 from gpu.scene.types import AlphaMode, Bytes, Material, Rgb, Texture, TextureSlot, Wrap
 
@@ -61,10 +62,10 @@ class Materials:
         specular = _value(told, "specular_factor", (1.0,))[0] * max(_value(told, "specular_color", (1.0,) * 4)[:3])
         return Material(
             name=told["name"],
-            base_color=(*_rgb(color), opacity),
+            base_color=(*triple(color), opacity),
             metallic=1.0 if metal else float(np.clip(_value(told, "metalness", (0.0,))[0], 0.0, 1.0)),
             roughness=1.0 if rough else float(np.clip(_value(told, "roughness", (1.0,))[0], 0.0, 1.0)),
-            emission=_rgb(glow),
+            emission=triple(glow),
             base_color_slot=base,
             metallic_roughness_slot=surface,
             emission_slot=emission,
@@ -165,7 +166,3 @@ def _value(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple
 def _color(told: dict[str, Any], kind: str, default: Rgb) -> Any:
     """A colour times its factor."""
     return np.array(_value(told, f"{kind}_color", default)[:3]) * _value(told, f"{kind}_factor", (1.0,))[0]
-
-
-def _rgb(values: Any) -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))

@@ -9,10 +9,11 @@ import numpy as np
 from gpu.scene.assemble import MeshPart
 from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.fbx.materials import Materials
+from gpu.scene.floats import triple
 from gpu.scene.normals import unit_rows
 from gpu.scene.polygons import TOO_LARGE, triangulate
 from gpu.scene.transforms import placed, rigid
-from gpu.scene.types import Camera, Light, LightKind, Rgb
+from gpu.scene.types import Camera, Light, LightKind
 from gpu.scene.validate import check_count, check_finite, check_indices
 
 _KINDS = {0: LightKind.POINT, 1: LightKind.DIRECTIONAL, 2: LightKind.SPOT}
@@ -80,9 +81,9 @@ def read_light(found: Extracted, node: dict[str, Any]) -> Light:
     return Light(
         name=node["name"],
         kind=LightKind.POINT if kind is None else kind,
-        intensity=_rgb(np.maximum(np.array(light["color"]) * light["intensity"], 0.0)),
-        position=_rgb(matrix[:3, 3]),
-        direction=_rgb(direction) if direction.any() else (0.0, 0.0, -1.0),
+        intensity=triple(np.maximum(np.array(light["color"]) * light["intensity"], 0.0)),
+        position=triple(matrix[:3, 3]),
+        direction=triple(direction) if direction.any() else (0.0, 0.0, -1.0),
         cos_inner=cos(inner),
         cos_outer=cos(outer),
     )
@@ -98,7 +99,3 @@ def read_camera(found: Extracted, node: dict[str, Any]) -> Camera | None:
         return None
     half_height = height / 2.0 if orthographic else height
     return Camera(node["name"], rigid(matrix_of(node["to_world"])), half_height, width / height, orthographic)
-
-
-def _rgb(values: Any) -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))

@@ -7,11 +7,12 @@ from math import cos, inf, pi, tan
 
 import numpy as np
 
+from gpu.scene.floats import triple
 from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.hierarchy import PlacedNode
 from gpu.scene.gltf.values import Value
 from gpu.scene.transforms import rigid
-from gpu.scene.types import Camera, Doubles, Light, LightKind, Rgb
+from gpu.scene.types import Camera, Doubles, Light, LightKind
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}
 _FAR = 1e30  # where a view begins at the farthest [m]
@@ -89,14 +90,10 @@ def _light(document: Document, node: PlacedNode) -> PlacedLight:
     light = Light(
         name=entry.name() or node.entry.name(f"light {number}"),
         kind=_KINDS[kind],
-        intensity=_rgb(np.minimum(color, _MOST)),
-        position=_rgb(axes[:3, 3]),
-        direction=_rgb(-axes[:3, 2]),
+        intensity=triple(np.minimum(color, _MOST)),
+        position=triple(axes[:3, 3]),
+        direction=triple(-axes[:3, 2]),
         cos_inner=cos(inner),
         cos_outer=cos(outer),
     )
     return PlacedLight(light, number, node.number)
-
-
-def _rgb(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))

@@ -10,10 +10,11 @@ from pxr import UsdLux
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.colors import srgb_to_linear
+from gpu.scene.floats import triple
 from gpu.scene.images import decode_image
 from gpu.scene.normals import area_vectors
 from gpu.scene.transforms import placed, rigid
-from gpu.scene.types import Doubles, Light, LightKind, Material, Rgb, Sky
+from gpu.scene.types import Doubles, Light, LightKind, Material, Sky
 from gpu.scene.usd.hierarchy import PlacedPrim
 from gpu.scene.usd.materials import Materials
 from gpu.scene.usd.shapes import arc, disc, rectangle, revolved, tube, turned
@@ -69,7 +70,7 @@ class Lights:
             area = np.linalg.norm(area_vectors(part.positions, part.triangles), axis=1).sum() / 2.0
             emission = radiance / area if normalised and area > 0.0 else radiance
             number = self.materials.add(
-                Material(name, (0.0, 0.0, 0.0, 1.0), emission=_rgb(emission), specular=0.0, roughness=1.0)
+                Material(name, (0.0, 0.0, 0.0, 1.0), emission=triple(emission), specular=0.0, roughness=1.0)
             )
             self.parts.append(replace(part, material=number, name=name))
 
@@ -82,8 +83,8 @@ class Lights:
             if self._number(light.prim, "normalize", 0.0):
                 disc_area = 0.25
             intensity = self._radiance(light.prim) * disc_area * self.metres**2
-            position = _rgb(matrix[:3, 3])
-            self.lights.append(Light(light.prim.GetName(), LightKind.POINT, _rgb(intensity), position))
+            position = triple(matrix[:3, 3])
+            self.lights.append(Light(light.prim.GetName(), LightKind.POINT, triple(intensity), position))
 
     def _distant(self, light: PlacedPrim) -> None:
         """Irradiance = radiance · π sin²(half angle), or the radiance itself where it is normalised or has no angle."""
@@ -91,16 +92,16 @@ class Lights:
         normalised = bool(self._number(light.prim, "normalize", 0.0))
         irradiance = self._radiance(light.prim) * (1.0 if normalised or half == 0.0 else pi * sin(half) ** 2)
         for matrix in light.to_world:
-            direction = _rgb(-rigid(matrix)[:3, 2])
+            direction = triple(-rigid(matrix)[:3, 2])
             name = light.prim.GetName()
-            self.lights.append(Light(name, LightKind.DIRECTIONAL, _rgb(irradiance), direction=direction))
+            self.lights.append(Light(name, LightKind.DIRECTIONAL, triple(irradiance), direction=direction))
 
     def _dome(self, prim: Any) -> None:
         stage, radiance = self.materials.stage, self._radiance(prim) * _SKY_OF_DOME
         if self._asset(prim) is not None:
             radiance = radiance * self._mean_of_texture(prim)
         stage.remarks.add("a dome light is shown as a sky that is brightest above and black below", str(prim.GetPath()))
-        self.sky = Sky(_rgb(radiance + (self.sky.radiance if self.sky else 0.0)))
+        self.sky = Sky(triple(radiance + (self.sky.radiance if self.sky else 0.0)))
 
     def _asset(self, prim: Any) -> Any:
         attribute = prim.GetAttribute("inputs:texture:file")
@@ -150,7 +151,3 @@ class Lights:
             self.materials.stage.remarks.add(
                 "cones, focus and IES profiles of lights are not shown", str(prim.GetPath())
             )
-
-
-def _rgb(values: Doubles) -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))
