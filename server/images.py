@@ -15,6 +15,7 @@ import simplejpeg
 from numpy.typing import NDArray
 
 from gpu.errors import ImageError
+from gpu.scene.colors import REC_709
 from gpu.settings import Component
 from server.png import encode_png
 from server.srgb_profile import SRGB_PROFILE
@@ -24,8 +25,6 @@ LINEAR_FORMATS = (".exr", ".npy")
 FORMATS = DISPLAY_FORMATS + LINEAR_FORMATS
 JPEG_QUALITY = 92
 
-# Rec. 709 primaries and D65, as (red, green, blue, white) x and y: what OpenEXR assumes, here said in the file.
-_REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 # An APP2 segment, as ICC.1:2010, B.4 has it: the first chunk of one.
 _ICC_DATA = b"ICC_PROFILE\0\1\1" + SRGB_PROFILE
 _JPEG_SRGB = struct.pack(">HH", 0xFFE2, 2 + len(_ICC_DATA)) + _ICC_DATA
@@ -52,7 +51,7 @@ def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32]
             header = {
                 "compression": OpenEXR.ZIP_COMPRESSION,
                 "type": OpenEXR.scanlineimage,
-                "chromaticities": _REC_709,
+                "chromaticities": REC_709,  # which readers assume without
             }
             OpenEXR.File(header, {"RGB": image.astype(np.float32)}).write(stream)
         case ".npy":

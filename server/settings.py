@@ -23,7 +23,7 @@ from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
 from gpu.sample_counts import usual_counts
 from gpu.scene.environment_options import EnvironmentOptions
-from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions, listed
 from gpu.scene.limits import SceneLimits
 from gpu.settings import Quality, RenderSettings
 from server.addresses import check_host, check_network, check_origin, check_prefix, check_replica, replica_prefix
@@ -36,10 +36,6 @@ COUNTS = ("samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_r
 MIN_TOKEN_CHARACTERS = 16
 
 
-def _split(value: Any) -> Any:
-    return [part.strip() for part in value.split(",") if part.strip()] if isinstance(value, str) else value
-
-
 def _check_token(token: SecretStr) -> SecretStr:
     text = token.get_secret_value()
     if len(text) < MIN_TOKEN_CHARACTERS or not (text.isascii() and text.isprintable()) or " " in text:
@@ -49,9 +45,9 @@ def _check_token(token: SecretStr) -> SecretStr:
 
 Token = Annotated[SecretStr, AfterValidator(_check_token)]
 Name = Annotated[str, StringConstraints(to_lower=True)]
-Hosts = Annotated[tuple[Annotated[Name, AfterValidator(check_host)], ...], NoDecode, BeforeValidator(_split)]
-Origins = Annotated[tuple[Annotated[Name, AfterValidator(check_origin)], ...], NoDecode, BeforeValidator(_split)]
-Networks = Annotated[tuple[Annotated[Name, AfterValidator(check_network)], ...], NoDecode, BeforeValidator(_split)]
+Hosts = Annotated[tuple[Annotated[Name, AfterValidator(check_host)], ...], NoDecode, BeforeValidator(listed)]
+Origins = Annotated[tuple[Annotated[Name, AfterValidator(check_origin)], ...], NoDecode, BeforeValidator(listed)]
+Networks = Annotated[tuple[Annotated[Name, AfterValidator(check_network)], ...], NoDecode, BeforeValidator(listed)]
 MAX_REPLICAS = 256
 
 
@@ -64,7 +60,7 @@ def _check_replicas(urls: tuple[str, ...]) -> tuple[str, ...]:
 Replicas = Annotated[
     tuple[Annotated[str, AfterValidator(check_replica)], ...],
     NoDecode,
-    BeforeValidator(_split),
+    BeforeValidator(listed),
     AfterValidator(_check_replicas),
     Field(max_length=MAX_REPLICAS),
 ]

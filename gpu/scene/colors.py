@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from gpu.scene.types import Doubles, Texture
 
+REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+"""Chromaticities x, y of red, green, blue and white (ITU-R BT.709), as OpenEXR files have them."""
+
 
 def srgb_to_linear(levels: NDArray[Any]) -> Doubles:
     """Levels 0–255 encoded as sRGB (IEC 61966-2-1), any shape, as linear values 0–1."""

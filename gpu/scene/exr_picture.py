@@ -7,9 +7,9 @@ import numpy as np
 import OpenEXR
 
 from gpu.errors import ImageError
+from gpu.scene.colors import REC_709
 from gpu.scene.types import Doubles, Floats
 
-_REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)  # red, green, blue, white: x and y, as files have them
 _CONES = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])  # Bradford
 _SAME = 1e-3  # of coordinates that are written with few digits
 _NAMED = 12  # of channels, where they are not those of colours
@@ -36,7 +36,7 @@ def read_exr(path: Path, max_pixels: int) -> Floats:
     if not 0 < height * width <= max_pixels:
         raise ImageError(f"{path}: has {width} x {height} pixels; at most {max_pixels:,} are read; make it smaller")
     pixels = np.stack([channels[name] for name in names], axis=-1).astype(np.float32)
-    if primaries is None or names[0] == "Y" or np.allclose(primaries, _REC_709, atol=_SAME):
+    if primaries is None or names[0] == "Y" or np.allclose(primaries, REC_709, atol=_SAME):
         return pixels
     return np.asarray(pixels @ to_rec_709(np.array(primaries, np.float64)).T.astype(np.float32))
 
@@ -56,7 +56,7 @@ def to_rec_709(chromaticities: Doubles) -> Doubles:
     is D65; that of nothing where they are none.
     """
     to_xyz, white = _to_xyz(chromaticities)
-    ours, our_white = _to_xyz(np.array(_REC_709))
+    ours, our_white = _to_xyz(np.array(REC_709))
     with np.errstate(all="ignore"):
         adapted = np.linalg.inv(_CONES) @ np.diag((_CONES @ our_white) / (_CONES @ white)) @ _CONES
         matrix = np.linalg.inv(ours) @ adapted @ to_xyz

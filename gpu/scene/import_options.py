@@ -9,7 +9,7 @@ Unit = Literal["m", "cm", "mm", "ft", "in"]
 Name = Annotated[str, Field(min_length=1, max_length=256)]
 
 
-def _split(value: Any) -> Any:
+def listed(value: Any) -> Any:
     """A text "a,b" as [a, b], as command lines have it."""
     return [part.strip() for part in value.split(",") if part.strip()] if isinstance(value, str) else value
 
@@ -17,7 +17,7 @@ def _split(value: Any) -> Any:
 def _point(value: Any) -> Any:
     if isinstance(value, list) and len(value) == 1:  # of an address
         value = value[0]
-    parts = value if value in (None, "auto") else _split(value)
+    parts = value if value in (None, "auto") else listed(value)
     if isinstance(parts, list | tuple) and len(parts) != 3:
         raise ValueError('needs three numbers "x,y,z", or "auto"')
     return parts
@@ -41,7 +41,7 @@ class ImportOptions(BaseModel):
         description='the point "x,y,z" of the file that metres of the scene are counted from; "auto" is its middle',
     )
     variant: Name | None = Field(default=None, description="which of the file's variants is shown")
-    storeys: Annotated[tuple[Name, ...], BeforeValidator(_split)] = Field(
+    storeys: Annotated[tuple[Name, ...], BeforeValidator(listed)] = Field(
         default=(), max_length=256, description="which of the file's storeys are shown, comma-separated; all if none"
     )
 

@@ -11,6 +11,7 @@ from gpu.scene.types import Doubles, Mask
 AT_ONCE = 2**16
 """Vertices of parts that are placed together: each has a matrix of its own for a while."""
 LEAST_QUATERNION = 1e-6  # its length; shorter ones have no direction
+_FLIP_V = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, 1.0]])  # v to 1 − v
 # Where in the 16 numbers of a matrix those are that are so many rows and columns on from each of its upper left 3×3.
 _PLACES = {
     (rows, columns): np.array([(at // 3 + rows) % 3 * 4 + (at + columns) % 3 for at in range(9)])
@@ -114,6 +115,12 @@ def rigid(matrix: Doubles) -> Doubles:
     result[:3, :3] = np.stack([right, np.cross(backward, right), backward], axis=1)
     result[:3, 3] = matrix[:3, 3]
     return result
+
+
+def slot_transform(matrix: Doubles) -> tuple[float, float, float, float, float, float]:
+    """That of a gpu.scene.types.TextureSlot, by a `matrix` (3, 3) that maps (u, v, 1) where v is from the bottom up."""
+    a, b, c, d, e, f = (float(value) for value in (_FLIP_V @ matrix @ _FLIP_V)[:2].reshape(-1))
+    return a, b, c, d, e, f
 
 
 def cofactors(matrices: Doubles) -> Doubles:

@@ -11,6 +11,7 @@ from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.files import confined_file, read_bytes
 from gpu.scene.floats import triple
 from gpu.scene.images import decode_image, fitted
+from gpu.scene.transforms import slot_transform
 from gpu.scene.types import AlphaMode, Bytes, Material, Rgb, Texture, TextureSlot, Wrap
 
 DEFAULT_MATERIAL = Material("default", (0.8, 0.8, 0.8, 1.0), specular=0.0)
@@ -18,7 +19,6 @@ DEFAULT_MATERIAL = Material("default", (0.8, 0.8, 0.8, 1.0), specular=0.0)
 
 _TEXTURED = ("base_color", "emission_color", "normal_map")
 _ROUGH_METAL = ("roughness", "glossiness", "metalness")  # of PBR shaders; Phong's are exponents and reflections
-_FLIP = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, 1.0]])  # v to 1 − v
 _MIN_IOR = 1.0
 
 
@@ -137,9 +137,7 @@ class Materials:
         wraps = [Wrap.CLAMP if clamped else Wrap.REPEAT for clamped in told["clamped"]]
         self.textures.append(Texture(name, pixels, srgb, wraps[0], wraps[1]))
         placed = matrix_of(told["transform"])
-        matrix = _FLIP @ placed[np.ix_([0, 1, 3], [0, 1, 3])] @ _FLIP
-        a, b, c, d, e, f = (float(value) for value in matrix[:2].reshape(-1))
-        return TextureSlot(len(self.textures) - 1, 0, (a, b, c, d, e, f))
+        return TextureSlot(len(self.textures) - 1, 0, slot_transform(placed[np.ix_([0, 1, 3], [0, 1, 3])]))
 
     def _content(self, number: int, names: list[str]) -> bytes | None:
         """The bytes that are embedded, or those of the file by its relative path or beside the scene.

@@ -9,12 +9,12 @@ from pxr import Gf, Sdf, UsdShade
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.colors import srgb_to_linear
 from gpu.scene.images import decode_image
+from gpu.scene.transforms import slot_transform
 from gpu.scene.types import Bytes, Doubles, Texture, TextureSlot, Wrap
 from gpu.scene.usd.stage import Stage
 from gpu.scene.validate import check_count
 
 _WRAPS = {"repeat": Wrap.REPEAT, "useMetadata": Wrap.REPEAT, "clamp": Wrap.CLAMP, "mirror": Wrap.MIRROR}
-_FLIP = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, 1.0]])  # v to 1 − v
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +136,7 @@ class Textures:
             name = placed.file.rstrip("]").replace("[", "/").rpartition("/")[2]
             self._numbers[key] = len(self.textures)
             self.textures.append(Texture(name, pixels, srgb, *placed.wraps))
-        matrix = _FLIP @ placed.transform @ _FLIP
-        a, b, c, d, e, f = (float(value) for value in matrix[:2].reshape(-1))
-        return TextureSlot(self._numbers[key], uv_set, (a, b, c, d, e, f))
+        return TextureSlot(self._numbers[key], uv_set, slot_transform(placed.transform))
 
     def _decoded(self, file: str, content: bytes) -> Bytes | None:
         """The pixels of a file; None, and said, when it is no image that can be read."""

@@ -1,6 +1,6 @@
 import numpy as np
 
-from gpu.scene.floats import doubles
+from gpu.scene.floats import doubles, triple
 
 
 def test_numbers_stay_and_a_signalling_nan_is_a_nan() -> None:
@@ -9,3 +9,8 @@ def test_numbers_stay_and_a_signalling_nan_is_a_nan() -> None:
     assert np.isnan(read[1])
     assert np.isinf(read[2])
     assert doubles(np.array([3], np.uint8)).tolist() == [3.0]
+
+
+def test_three_numbers_are_plain_floats() -> None:
+    assert triple(np.array([1, 2, 3], np.float32)) == (1.0, 2.0, 3.0)
+    assert {type(value) for value in triple(np.arange(3))} == {float}

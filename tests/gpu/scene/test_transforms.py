@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gpu.scene.assemble import MeshPart
-from gpu.scene.transforms import AT_ONCE, cofactors, mirrored, placed, placed_each, rigid
+from gpu.scene.transforms import AT_ONCE, cofactors, mirrored, placed, placed_each, rigid, slot_transform
 
 
 def test_cofactors_keep_normals_on_their_side() -> None:
@@ -60,3 +60,10 @@ def test_parts_placed_each_by_its_own_matrix_are_as_placed_alone() -> None:
         assert np.array_equal(found.triangles, alone.triangles)
         assert (found.normals is None) == (alone.normals is None)
         assert found.normals is None or np.array_equal(found.normals, alone.normals)
+
+
+def test_a_transform_of_a_texture_is_of_v_from_the_top() -> None:
+    a, b, c, d, e, f = slot_transform(np.array([[2.0, 0.5, 0.1], [0.25, 3.0, 0.2], [0.0, 0.0, 1.0]]))
+    u, v = 0.3, 0.9
+    from_bottom = 2.0 * u + 0.5 * (1.0 - v) + 0.1, 0.25 * u + 3.0 * (1.0 - v) + 0.2
+    assert (a * u + b * v + c, 1.0 - (d * u + e * v + f)) == pytest.approx(from_bottom)
