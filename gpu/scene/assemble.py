@@ -1,7 +1,7 @@
 """From mesh parts in a file's coordinates to a Scene in unit space: merged, cleaned, checked, recentred in float64."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,19 +9,21 @@ from gpu.errors import SceneError
 from gpu.scene import validate
 from gpu.scene.blending import blending_notes
 from gpu.scene.boxes import box
-from gpu.scene.bulk import bulk_of
+from gpu.scene.bulk import Bulk, bulk_of
 from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
 from gpu.scene.emitted_power import emitted_power
+from gpu.scene.file_frame import FileFrame
 from gpu.scene.floats import triple
 from gpu.scene.guess import Shape, frame_of, said_metres
-from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.lengths import length_text
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.motion import Body, Motion
+from gpu.scene.motion import Body
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
+from gpu.scene.scene_parts import MeshPart, SceneParts, check_choices, check_parts
 from gpu.scene.shut_in import is_shut_in
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.soundness import sound
@@ -31,70 +33,15 @@ from gpu.scene.types import (
     Doubles,
     Floats,
     Integers,
-    Light,
     LightKind,
     LoadReport,
     Mask,
     Material,
     Placement,
     Scene,
-    Sky,
-    Texture,
 )
 
 _MOST_UV = 1e30  # texture coordinates are of single precision on the device, which repeats a texture long before
-
-
-@dataclass(frozen=True, eq=False)
-class MeshPart:
-    """Triangles of one material in the file's coordinates.
-
-    positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
-    (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
-    material: index into the scene's materials; name: what error messages call it; objects: what users do, `name` where
-    there are none; vertex_object (vertex,): which of several each vertex is of; body: what it was before it was placed,
-    if it moves.
-    """
-
-    positions: Doubles
-    triangles: Integers
-    normals: Doubles | None = None
-    uvs: tuple[Doubles | Floats, ...] = ()
-    colors: Doubles | Floats | None = None
-    material: int = 0
-    name: str = "mesh"
-    objects: tuple[str, ...] = ()
-    vertex_object: Integers | None = None
-    body: Body | None = None
-
-    @property
-    def owners(self) -> tuple[tuple[str, ...], Integers]:
-        """The names of its objects, and which of them each vertex (vertex,) is of."""
-        own = self.vertex_object
-        return self.objects or (self.name,), np.zeros(len(self.positions), np.int32) if own is None else own
-
-
-@dataclass(frozen=True)
-class SceneParts:
-    """What a reader found in a file, all in the file's own coordinates, axes and unit of length.
-
-    lights: intensity [W/sr], of directional ones irradiance [W/m²], whatever the unit; ignored: what it did not use, by
-    name; notes: what is shown otherwise than the file says; up, metres_per_unit: what the file says, None where it says
-    nothing; choices: what the options "variant" and "storey" can be; motion: what moves, without its bodies.
-    """
-
-    meshes: Sequence[MeshPart]
-    materials: Sequence[Material]
-    textures: Sequence[Texture] = ()
-    lights: Sequence[Light] = ()
-    cameras: Sequence[Camera] = ()
-    sky: Sky | None = None
-    ignored: Sequence[str] = ()
-    notes: Sequence[str] = ()
-    up: Axis | None = None
-    metres_per_unit: float | None = None
-    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    motion: Motion | None = None
 
 
 def assemble(
@@ -110,47 +57,30 @@ def assemble(
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
-    _check(name, found, limits)
-    _check_choices(name, found.choices, options)
-    metres = said_metres(found.metres_per_unit, options)
+    check_parts(name, found, limits)
+    check_choices(name, found.choices, options)
     meshes = [part for part in found.meshes if len(part.triangles)]
     parts = [_with_normals(part) for part in meshes]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
     if not parts:
         raise SceneError(name, "", "; ".join(["no triangles; points and lines are not rendered", *found.ignored[:3]]))
 
-    positions, triangles, material = _merged(parts)
-    sun = any(light.kind is LightKind.DIRECTIONAL for light in found.lights)
-    materials = with_sky_dome(positions, triangles, material, found.materials, sun=sun)
-    backdrop = np.array([made.backdrop for made in materials])[material]
-    bulk = bulk_of(positions, triangles, ~backdrop)
-    shape = Shape(positions, triangles[bulk.member], bulk.low, bulk.high)
-    frame, guesses = frame_of(shape, found.up, found.metres_per_unit, options)
-    notes = [*found.notes, *guesses]
-    world = frame.to_world(positions)
-    too_far = bulk.too_far & ~backdrop & ~np.array([made.emits for made in materials])[material]
-    notes += sky_notes(materials)
-    notes += blending_notes(materials[number] for number in np.unique(material).tolist())
-    notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
-    notes += file_precision(positions, bulk, frame.metres_per_unit)
-
-    kept, vertices, placement = _sound_parts(name, world, triangles, ~too_far, backdrop)
-    dropped = int(np.count_nonzero(~too_far & ~kept))
-    member = bulk.member if (bulk.member & kept).any() else kept
-    low, high = box(world, triangles[member & kept])
-    triangles, material, member = triangles[kept], material[kept], member[kept]
-
-    used = np.zeros(len(world), bool)
-    used[triangles] = True
-    scale = intensity_scale(frame, placement, metres)
-    motion = found.motion and replace(found.motion, bodies=_bodies(meshes, used), intensity_scale=scale)
-    triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
+    whole = _in_world(parts, found, options)
+    kept, vertices, placement = _sound_parts(name, whole)
+    member = whole.bulk.member if (whole.bulk.member & kept).any() else kept
+    low, high = box(whole.positions, whole.triangles[member & kept])
+    material, member = whole.material[kept], member[kept]
+    used = np.zeros(len(vertices), bool)
+    used[whole.triangles[kept]] = True
+    triangles = (np.cumsum(used) - 1)[whole.triangles[kept]].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
-    normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
+    normals = whole.frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
     objects, vertex_object = numbered((part.owners for part in parts), used)
-    notes += device_precision(vertices, triangles, 1.0 / placement.scale)
-    cameras = [camera_in_world(camera, frame) for camera in found.cameras]
+    metres, frame, materials = said_metres(found.metres_per_unit, options), whole.frame, whole.materials
+    scale = intensity_scale(frame, placement, metres)
+    notes = [*whole.notes, *device_precision(vertices, triangles, 1.0 / placement.scale)]
     glass = np.array([one.is_clear for one in materials])[material[member]]
+    cameras = [camera_in_world(camera, frame) for camera in found.cameras]
     if not cameras:
         cameras = [default_camera(vertices, triangles[member], placement, glass)]
         notes.append("the scene has no camera: a view was chosen")
@@ -168,24 +98,77 @@ def assemble(
         sky=found.sky,
         cameras=tuple(cameras),
         placement=placement,
-        report=LoadReport(tuple(found.ignored), dropped, tuple(notes)),
+        report=LoadReport(tuple(found.ignored), int(np.count_nonzero(~whole.too_far & ~kept)), tuple(notes)),
         bounds=(triple(low), triple(high)),
         frame=frame,
         choices=found.choices,
         objects=objects,
         vertex_object=vertex_object,
-        motion=motion,
+        motion=found.motion and replace(found.motion, bodies=_bodies(meshes, used), intensity_scale=scale),
     )
-    shines = any(max(light.intensity) > 0.0 for light in scene.lights)
-    if shines or scene.sky is not None or emitted_power(scene).any():
-        if found.cameras or not _stands_outside(cameras[0], low, high) or not is_shut_in(scene):
-            return scene
+    if not _is_lit(scene):
+        return _with_light(scene)
+    if not found.cameras and _stands_outside(cameras[0], low, high) and is_shut_in(scene):
         # Its fronts may face outwards, as those of a cube that became a room: there is nothing to see but from within.
-        return replace(scene, cameras=(default_camera(vertices, triangles[member][:, ::-1], placement, glass),))
+        inwards = default_camera(vertices, triangles[member][:, ::-1], placement, glass)
+        return replace(scene, cameras=(inwards,))
+    return scene
+
+
+def _is_lit(scene: Scene) -> bool:
+    """Whether something in `scene` emits light."""
+    shines = any(max(light.intensity) > 0.0 for light in scene.lights)
+    return shines or scene.sky is not None or bool(emitted_power(scene).any())
+
+
+def _with_light(scene: Scene) -> Scene:
+    """`scene`, which nothing lights, with a light; where its own are off, with a note."""
     if not scene.lights:
         return with_default_light(scene)
     said = "all its lights are switched off (their intensity is 0), so it is dark"
     return replace(scene, report=replace(scene.report, notes=(*scene.report.notes, said)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """All parts together in the world.
+
+    positions (vertex, 3) [m]; triangles (triangle, 3), indices of these; material (triangle,): index into materials;
+    backdrop, too_far (triangle,): which are a sky around all others, and which are left out, too small to be seen from
+    so far away; bulk: in the file's coordinates; notes: what is to be said of all that.
+    """
+
+    positions: Doubles
+    triangles: Integers
+    material: Integers
+    materials: Sequence[Material]
+    backdrop: Mask
+    too_far: Mask
+    bulk: Bulk
+    frame: FileFrame
+    notes: Sequence[str]
+
+
+def _in_world(parts: Sequence[MeshPart], found: SceneParts, options: ImportOptions) -> _Whole:
+    """Merge `parts`, those of `found`, in the world that `options` and the file say, or else as is guessed."""
+    positions, triangles, material = _merged(parts)
+    sun = any(light.kind is LightKind.DIRECTIONAL for light in found.lights)
+    materials = with_sky_dome(positions, triangles, material, found.materials, sun=sun)
+    backdrop = np.array([made.backdrop for made in materials])[material]
+    bulk = bulk_of(positions, triangles, ~backdrop)
+    shape = Shape(positions, triangles[bulk.member], bulk.low, bulk.high)
+    frame, guesses = frame_of(shape, found.up, found.metres_per_unit, options)
+    too_far = bulk.too_far & ~backdrop & ~np.array([made.emits for made in materials])[material]
+    notes = [
+        *found.notes,
+        *guesses,
+        *sky_notes(materials),
+        *blending_notes(materials[number] for number in np.unique(material).tolist()),
+        *_far_away(too_far, bulk.distances * frame.metres_per_unit),
+        *file_precision(positions, bulk, frame.metres_per_unit),
+    ]
+    world = frame.to_world(positions)
+    return _Whole(world, triangles, material, materials, backdrop, too_far, bulk, frame, notes)
 
 
 def _stands_outside(camera: Camera, low: Doubles, high: Doubles) -> bool:
@@ -200,38 +183,6 @@ def _far_away(too_far: Mask, distances: Doubles) -> list[str]:
         return []
     distance = length_text(float(distances[too_far].max()))
     return [f"triangles left out, as they are too small to be seen from {distance} away: {np.count_nonzero(too_far):,}"]
-
-
-def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
-    validate.check_textures(name, found.textures, limits)
-    validate.check_materials(name, found.materials, len(found.textures), limits)
-    validate.check_lights(name, found.lights, limits)
-    validate.check_cameras(name, found.cameras, limits)
-    triangles = sum(len(part.triangles) for part in found.meshes)
-    validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
-    for part in found.meshes:
-        if not (part.positions.size == 0 or np.abs(part.positions).max() <= validate.FARTHEST):
-            validate.check_finite(name, f"{part.name}.positions", part.positions)
-            validate.check_size(name, f"{part.name}.positions", part.positions, validate.FARTHEST)
-        validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
-        if not 0 <= part.material < len(found.materials):
-            validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(found.materials))
-        for number, uv in enumerate(part.uvs):
-            validate.check_finite(name, f"{part.name}.uvs[{number}]", uv)
-        if part.colors is not None:
-            validate.check_finite(name, f"{part.name}.colors", part.colors)
-        for what in (part.normals, part.colors, *part.uvs):
-            if what is not None and len(what) != len(part.positions):
-                raise SceneError(name, part.name, f"{len(what)} values of an attribute, {len(part.positions)} vertices")
-
-
-def _check_choices(name: str, choices: Mapping[str, Sequence[str]], options: ImportOptions) -> None:
-    """Raise SceneError for a variant or storey that the file does not have."""
-    for kind, wanted in (("variant", [options.variant] if options.variant else []), ("storey", options.storeys)):
-        offered = choices.get(kind, ())
-        if wrong := [one for one in wanted if one not in offered]:
-            there = f"it has {', '.join(offered)}" if offered else "it has none"
-            raise SceneError(name, "", f"there is no {kind} {wrong[0]!r:.80} in it; {there}")
 
 
 def _bodies(meshes: Sequence[MeshPart], used: Mask) -> tuple[Body, ...]:
@@ -280,20 +231,19 @@ def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
 
 
-def _sound_parts(
-    name: str, world: Doubles, triangles: Integers, seen: Mask, backdrop: Mask
-) -> tuple[Mask, Floats, Placement]:
-    """Which triangles are `seen` and have an area in single precision, and all vertices in the unit space around them.
+def _sound_parts(name: str, whole: _Whole) -> tuple[Mask, Floats, Placement]:
+    """Which triangles are seen and have an area in single precision, and all vertices in the unit space around them.
 
-    Raises SceneError when none but a `backdrop` is left.
+    Raises SceneError when none but a backdrop is left.
     """
-    kept = seen & sound(_recentred(world, triangles[seen & ~backdrop])[0], triangles)
-    _check_some(name, kept & ~backdrop)
-    unit, placement = _recentred(world, triangles[kept & ~backdrop])
+    world, triangles, seen, solid = whole.positions, whole.triangles, ~whole.too_far, ~whole.backdrop
+    kept = seen & sound(_recentred(world, triangles[seen & solid])[0], triangles)
+    _check_some(name, kept & solid)
+    unit, placement = _recentred(world, triangles[kept & solid])
     with np.errstate(over="ignore"):  # of what is left out
         vertices = unit.astype(np.float32)
     kept &= sound(vertices.astype(np.float64), triangles)
-    _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
+    _check_some(name, kept & solid)  # those that have one beside others that are too far away are lost as well
     return kept, vertices, placement
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.files import read_bytes
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
@@ -10,6 +10,7 @@ from gpu.scene.mesh_colors import bare_material
 from gpu.scene.off import read_off
 from gpu.scene.ply import read_ply
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.stl import read_stl
 from gpu.scene.types import Scene
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.files import read_bytes
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
@@ -12,6 +12,7 @@ from gpu.scene.mtl import MaterialLibrary
 from gpu.scene.obj_parts import ObjParts
 from gpu.scene.obj_statements import read_statements
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.text import decoded
 from gpu.scene.types import Scene
 

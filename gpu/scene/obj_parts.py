@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.normals import smooth_normals
 from gpu.scene.obj_statements import MOST_OBJECTS, WIDTHS, ObjFile, row_line
 from gpu.scene.outlines import covered, usable_positions
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Integers, Ints
 
 _MOST_KEY = 1 << 62  # of rows that are told apart by one number

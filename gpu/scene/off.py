@@ -6,11 +6,11 @@ import struct
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.floats import doubles
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.outlines import FaceMesh, face_part, whole
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.text import decoded, numbers, uncommented, without_mark
 from gpu.scene.types import Doubles, Integers
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.polygons import TOO_LARGE, Triangulation, triangulate
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Integers
 from gpu.scene.validate import FARTHEST
 

@@ -3,11 +3,11 @@
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.outlines import FaceMesh, face_part, whole
 from gpu.scene.ply_elements import Element, Lists, read_elements
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Integers
 
 _INDICES = ("vertex_indices", "vertex_index")

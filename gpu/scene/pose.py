@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart
 from gpu.scene.keyframes import value_at
 from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion, Property, Skin
 from gpu.scene.pauses import EVERY, Pause, go_on
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import AT_ONCE, cofactors, compose, placed, placed_each
 from gpu.scene.types import Doubles, Ints
 

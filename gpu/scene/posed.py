@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from gpu.errors import UserError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.motion import NODE_PROPERTIES, STILL, Animation, Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.pauses import Pause, go_on
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
 from gpu.scene.posed_look import with_look
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.soundness import sound
 from gpu.scene.to_world import matrix_in_world, placed_light
 from gpu.scene.transforms import mirrored, rigid

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.extras import library
 from gpu.scene.files import read_bytes
 from gpu.scene.gltf import gltf_parts
@@ -18,6 +18,7 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.mtl import DEFAULT_MATERIAL
 from gpu.scene.printed import printed_lines
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import Doubles, Material, Scene
 
 # How far triangles may be from a curved surface: a distance [mm], and the angle between neighbours [rad], which decides

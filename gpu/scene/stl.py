@@ -5,11 +5,11 @@ import re
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.floats import doubles
 from gpu.scene.normals import area_vectors
 from gpu.scene.outlines import covered, usable_positions
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.text import decoded, numbers, without_mark
 from gpu.scene.types import Doubles, Integers
 

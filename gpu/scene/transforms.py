@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Mask
 
 AT_ONCE = 2**16

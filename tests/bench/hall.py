@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Doubles, Material, Scene
 
 HALF = np.array([4.0, 1.6, 4.0])

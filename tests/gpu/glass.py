@@ -12,7 +12,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.caustic_casters import caustic_casters
 from gpu.lights.caustic_map import CausticMap
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Environment, Floats, Light, LightKind, Material
 
 MIRROR = Material(metallic=1.0, roughness=0.0)

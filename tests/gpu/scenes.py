@@ -13,8 +13,9 @@ from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import PathEnds, Vpls, allocate_vpls, gather_vpls_kernel, paths_for
 from gpu.lights.light_table import LightTable
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
 
 

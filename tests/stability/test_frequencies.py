@@ -22,7 +22,7 @@ from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Sky
 
 SAMPLES = 1 << 17

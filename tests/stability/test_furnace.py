@@ -7,8 +7,8 @@ from stress import render
 from trimesh.creation import icosphere
 
 from gpu.sample_counts import ON_CPU
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Light, LightKind
 from gpu.settings import Method
 

@@ -12,8 +12,8 @@ from stress import render
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import SceneError
 from gpu.film.metrics import rel_mse
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Camera, Doubles, Floats, Light, LightKind
 from gpu.settings import Method
 

@@ -6,8 +6,8 @@ from scenes import box, quad, scene_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 from gpu.settings import Method, RenderSettings, Skips
 

@@ -6,8 +6,8 @@ from scenes import grey, quad, resident_of
 from stress import render
 
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.settings import Method
 
 SIZE = (64, 32)

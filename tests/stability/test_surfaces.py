@@ -9,8 +9,8 @@ from scenes import box, grey, quad, scene_of
 from stress import render
 
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import AlphaMode, Camera, Doubles, Material, Texture, TextureSlot
 from gpu.settings import Method
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.collada.document import open_document
 from gpu.scene.collada.geometry import Meshes
 from gpu.scene.collada.lights_and_cameras import read_camera, read_light
@@ -11,6 +11,7 @@ from gpu.scene.collada.nodes import placed_instances
 from gpu.scene.collada.unread import say_unread
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import Camera, Light, Scene
 
 

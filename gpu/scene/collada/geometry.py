@@ -5,12 +5,12 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart
 from gpu.scene.collada.document import Document
 from gpu.scene.collada.materials import Binding, Materials, bindings_of
 from gpu.scene.collada.nodes import Instance
 from gpu.scene.collada.primitives import Corners, Primitives
 from gpu.scene.outlines import covered, usable_positions
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import placed
 from gpu.scene.types import Doubles
 from gpu.scene.validate import check_count, check_indices

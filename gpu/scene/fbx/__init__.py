@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.extras import library
 from gpu.scene.fbx.extracted import Extracted, run_extract
 from gpu.scene.fbx.materials import Materials
@@ -11,6 +11,7 @@ from gpu.scene.fbx.nodes import read_camera, read_light, read_parts
 from gpu.scene.files import read_bytes
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import Scene
 
 

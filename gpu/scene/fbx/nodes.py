@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart
 from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.fbx.materials import Materials
 from gpu.scene.floats import triple
 from gpu.scene.normals import unit_rows
 from gpu.scene.polygons import TOO_LARGE, triangulate
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import placed, rigid
 from gpu.scene.types import Camera, Light, LightKind
 from gpu.scene.validate import check_count, check_finite, check_indices

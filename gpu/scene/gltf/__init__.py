@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.gltf.animations import Movable, motion_of, moved_nodes, read_animations
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.cameras_and_lights import read_cameras, read_lights
@@ -19,6 +19,7 @@ from gpu.scene.gltf.unused import say_unused
 from gpu.scene.gltf.variants import chosen_variant, variant_names
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Doubles, Scene
 
 

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart
 from gpu.scene.gltf.animations import NOT_MOVED, Moved
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.hierarchy import PlacedNode
@@ -17,6 +16,7 @@ from gpu.scene.gltf.values import Value
 from gpu.scene.gltf.variants import with_material
 from gpu.scene.motion import Body, Skin
 from gpu.scene.pose import Pose, all_in_world
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Material
 from gpu.scene.validate import check_count, slots
 

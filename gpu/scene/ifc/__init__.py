@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.extras import library
 from gpu.scene.ifc.geometry import Geometry
 from gpu.scene.ifc.georeference import georeference
@@ -12,6 +12,7 @@ from gpu.scene.ifc.products import choose_products
 from gpu.scene.ifc.unshown import unshown_kinds
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import Scene
 
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from gpu.errors import SceneError, brief
-from gpu.scene.assemble import MeshPart
 from gpu.scene.ifc.styles import Styles
 from gpu.scene.limits import SceneLimits
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import placed
 from gpu.scene.validate import check_count
 

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.files import read_bytes
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.threemf.meshes import Meshes
 from gpu.scene.threemf.model import Key, Model
 from gpu.scene.threemf.properties import Properties

@@ -6,8 +6,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.outlines import usable_positions, whole
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.threemf.model import Key, Model
 from gpu.scene.threemf.properties import Properties
 from gpu.scene.types import Doubles, Integers

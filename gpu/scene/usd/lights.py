@@ -8,11 +8,11 @@ import numpy as np
 from pxr import UsdLux
 
 from gpu.errors import ForbiddenError, SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.colors import srgb_to_linear
 from gpu.scene.floats import triple
 from gpu.scene.images import decode_image
 from gpu.scene.normals import area_vectors
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import placed, rigid
 from gpu.scene.types import Doubles, Light, LightKind, Material, Sky
 from gpu.scene.usd.hierarchy import PlacedPrim

@@ -8,8 +8,8 @@ import numpy as np
 from pxr import UsdGeom, UsdShade
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.polygons import TOO_LARGE, triangulate
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Integers
 from gpu.scene.usd.materials import Materials
 from gpu.scene.usd.primvars import Topology, Values, checked, read_primvar

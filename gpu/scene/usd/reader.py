@@ -4,9 +4,10 @@ from pathlib import Path
 
 from pxr import UsdGeom, UsdLux, UsdSkel
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import SceneLimits
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.transforms import placed
 from gpu.scene.types import Camera, Scene
 from gpu.scene.usd.cameras import read_camera

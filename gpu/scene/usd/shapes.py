@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import UsdGeom
 
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles
 from gpu.scene.usd.stage import Stage
 

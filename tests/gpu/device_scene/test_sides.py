@@ -11,7 +11,7 @@ from gpu.device_scene.sides import emits_from_back, emitting_normal, is_solid, t
 from gpu.device_scene.surface import emission_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import hashed
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
 HALF = np.full((8, 8, 4), 255, np.uint8)

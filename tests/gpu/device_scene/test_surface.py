@@ -10,7 +10,7 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import hit_at, surface_at
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Material, Texture, TextureSlot
 
 POSITION, GEOMETRIC, NORMAL, ALBEDO, DIFFUSE, EMISSION, F0, ROUGHNESS = range(8)

@@ -16,9 +16,9 @@ from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import chain_samples
 from gpu.lights.build import build_light_table
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
 from gpu.scene.load import load_scene
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import AlphaMode, Camera, Doubles, Environment, Light, LightKind, Material, Sky
 from gpu.settings import Component
 

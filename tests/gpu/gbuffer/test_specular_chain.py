@@ -12,8 +12,8 @@ from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Camera, Doubles, Material, Sky, Texture, TextureSlot
 
 SIZE = (24, 16)

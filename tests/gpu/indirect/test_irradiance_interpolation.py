@@ -17,7 +17,7 @@ from gpu.indirect.irradiance_interpolation import (
     interpolate_irradiance,
     weigh_centres,
 )
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Floats
 
 CPU = wp.get_device("cpu")

@@ -14,7 +14,7 @@ from gpu.lights.build import build_light_table
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Doubles, Light, LightKind, Material
 
 GROUND = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0], 0)

@@ -9,8 +9,8 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.caustics import radius_share
 from gpu.renderer import Renderer
-from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Method, RenderSettings
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 
 QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 from scenes import quad
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.blending import blending_notes
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import AlphaMode, Material
 
 PANE = Material("pane", (0.6, 0.8, 0.9, 0.2), alpha_mode=AlphaMode.BLEND)

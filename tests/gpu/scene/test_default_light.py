@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad
 
-from gpu.scene.assemble import SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
 from gpu.scene.default_light import SOFT_SKY
+from gpu.scene.scene_parts import SceneParts
 from gpu.scene.types import AlphaMode, Camera, Light, LightKind, Material, Scene, Texture, TextureSlot
 
 INSIDE = look_at((0.2, 0.1, 0.3), (-0.3, -0.2, -0.4), yfov_degrees=80.0, name="inside")

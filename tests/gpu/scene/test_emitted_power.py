@@ -4,8 +4,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.emitted_power import emitted_power
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import AlphaMode, Doubles, Material, Scene, Texture, TextureSlot, Wrap
 
 SQUARE = np.array([[10.0, 0, 0], [12, 0, 0], [12, 2, 0], [10, 2, 0]])

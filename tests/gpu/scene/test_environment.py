@@ -7,9 +7,9 @@ from scenes import grey, quad, scene_of
 from trimesh.creation import icosphere
 
 from gpu.errors import ImageError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.environment import read_environment, with_environment
 from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Environment, Floats, Light, LightKind, Material, Sky
 
 FLOOR = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.off import read_off
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 
 RED = (0.7913, 0.0130, 0.0070, 1.0)  # of 230 30 20
 BODY = "3 1 0\n0 0 0{0}\n1 0 0{0}\n0 1 0{0}\n3 0 1 2{1}\n"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart
 from gpu.scene.ply import read_ply
 from gpu.scene.remarks import Remarks
+from gpu.scene.scene_parts import MeshPart
 
 SQUARE = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"]
 FACES = ["3 0 1 2", "3 0 2 3"]

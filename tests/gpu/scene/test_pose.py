@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gpu.scene import pose as posing
-from gpu.scene.assemble import MeshPart
 from gpu.scene.motion import STILL, Animation, Body, Channel, Interpolation, MorphTarget, Motion, Property, Skin
 from gpu.scene.pose import Pose, all_in_world, at_rest, in_world, pose_at
+from gpu.scene.scene_parts import MeshPart
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 UP = np.tile([[0.0, 0.0, 1.0]], (3, 1))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.shut_in import is_shut_in
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky
 

@@ -7,7 +7,8 @@ import pytest
 from scenes import box, quad
 from trimesh.creation import icosphere
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.types import Light, LightKind, Material, Scene
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from gltf_motion import moving
 
-from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.assemble import assemble
 from gpu.scene.import_options import ImportOptions
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.summary import memory_bytes, summarise, summary_text
 from gpu.scene.types import Light, LightKind, Material, Scene, Texture, TextureSlot
 

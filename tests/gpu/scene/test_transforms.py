@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpu.scene.assemble import MeshPart
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.transforms import AT_ONCE, cofactors, mirrored, placed, placed_each, rigid, slot_transform
 
 
