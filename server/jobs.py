@@ -218,7 +218,7 @@ class Jobs:
             await self._residency.open(job.render.scene, job.render.viewer)
             job.result = await self._result(job)
             self._tell(job, JobState.DONE)
-        except (UserError, RenderFaultError, WorkerLostError) as error:
+        except (UserError, TooBusyError, RenderFaultError, WorkerLostError) as error:
             job.error = str(error)
             self._tell(job, JobState.FAILED)
         except Exception:

@@ -150,13 +150,16 @@ def test_what_rendering_took_goes_with_the_end_of_a_job() -> None:
     work(FakeEngine(failure=UserError("camera: there is none")), test)
 
 
-def test_a_failed_job_says_why() -> None:
+@pytest.mark.parametrize(
+    "error", [UserError("camera: there is none"), TooBusyError("too many scenes are read already")]
+)
+def test_a_failed_job_says_why(error: Exception) -> None:
     async def test(jobs: Jobs) -> None:
         job = jobs.add(order(), 3, "image/png")
         await ended(jobs, job)
-        assert (job.state, job.error) == (JobState.FAILED, "camera: there is none")
+        assert (job.state, job.error) == (JobState.FAILED, str(error))
 
-    work(FakeEngine(failure=UserError("camera: there is none")), test)
+    work(FakeEngine(failure=error), test)
 
 
 def test_a_job_survives_the_loss_of_its_worker() -> None:
