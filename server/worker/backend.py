@@ -82,7 +82,6 @@ class GpuBackend:
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
         self._memory_all, self._memory_free, self._memory_asked = 0, 0, 0.0
-        self._tasks = Tasks()
 
     @property
     def lanes(self) -> int:
@@ -91,7 +90,7 @@ class GpuBackend:
 
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
-        self._start, self._tasks = start, tasks
+        self._start = start
         with needs_kernel_cache():
             self._device = choose_device(start.device)
         check_kernel_cache(wp.config.kernel_cache_dir)
@@ -177,7 +176,7 @@ class GpuBackend:
         return True
 
     def _load(self, ref: SceneRef, report: Report, packed: str = "") -> LoadedScene:
-        with self._tasks.holding(ref):
+        with DEVICE_SHARING.holding(ref):
             return self._loaded(ref, report, packed)
 
     def _loaded(self, ref: SceneRef, report: Report, packed: str = "") -> LoadedScene:
@@ -218,7 +217,7 @@ class GpuBackend:
     ) -> Iterator[LoadedScene]:
         """A scene with `edits`, as long as something is rendered of it for a viewer; own: which nobody else sees."""
         with ExitStack() as used:
-            with self._tasks.holding(ref):
+            with DEVICE_SHARING.holding(ref):
                 loaded = self._loaded(ref, report)
                 if edits == NO_EDITS:
                     self._states.leave(viewer)
@@ -275,7 +274,7 @@ class GpuBackend:
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
             lane = self._renderers.lane_of(job.viewer)
             renderer = job.scene, loaded.number, job.size, lasting(job.settings), lane
-            with self._tasks.holding(who), self._tasks.holding(renderer):
+            with DEVICE_SHARING.holding(who), DEVICE_SHARING.holding(renderer):
                 return self._frame(job, lane, loaded, report)
 
     def _frame(self, job: Render, lane: int, loaded: LoadedScene, report: Report) -> Picture:
@@ -284,7 +283,7 @@ class GpuBackend:
             self._viewed[job.viewer] = job.scene
         what = job.viewer, lane, loaded, job.size, job.settings
         if (found := self._renderers.find(*what)) is None:
-            with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
+            with DEVICE_SHARING.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
                 found = self._renderers.get(*what, report)
         renderer, view = found
         try:

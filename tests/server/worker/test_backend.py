@@ -185,7 +185,6 @@ def test_pictures_are_the_same_whoever_interrupts_them(
     frames: list[Floats | None] = []
     tasks = Tasks()
     pictures: list[Floats | None] = []
-    monkeypatch.setattr(backend, "_tasks", tasks)
     monkeypatch.setattr(tasks, "due", lambda: tasks._current is not None and tasks._current.request == 1)
     DEVICE_SHARING.begin(tasks)
     try:

@@ -67,7 +67,8 @@ def started(cpu: str) -> Iterator[GpuBackend]:
 def backend(started: GpuBackend) -> Iterator[GpuBackend]:
     for viewer in range(9):
         started.leave(viewer)
-    DEVICE_SHARING.begin(started._tasks)
+    Frames.tasks = Tasks()
+    DEVICE_SHARING.begin(Frames.tasks)
     yield started
     DEVICE_SHARING.begin(None)
     Sky.open, Sky.broken = True, None
@@ -82,10 +83,10 @@ def job(viewer: int, number: int = 0) -> Render:
 class Frames:
     """What becomes of jobs that a backend does by turns."""
 
-    requests = 0
+    requests, tasks = 0, Tasks()
 
     def __init__(self, backend: GpuBackend) -> None:
-        self._backend, self._tasks = backend, backend._tasks
+        self._backend = backend
         self.pictures: Pictures = []
 
     def begin(self, *jobs: Render) -> list[Turn]:
@@ -94,14 +95,14 @@ class Frames:
 
     def end(self) -> Pictures:
         Sky.open = True
-        while self._tasks.poll_seconds is not None:
-            if (request := self._tasks.ready()) is not None:
-                self._tasks.resume(request)
+        while self.tasks.poll_seconds is not None:
+            if (request := self.tasks.ready()) is not None:
+                self.tasks.resume(request)
         return self.pictures
 
     def _start(self, work: Callable[[], None]) -> Turn:
         Frames.requests += 1
-        return self._tasks.start(Frames.requests, work)
+        return self.tasks.start(Frames.requests, work)
 
     def _render(self, place: int, it: Render) -> None:
         try:
@@ -181,8 +182,8 @@ def test_who_walks_does_not_wait_for_another_s_renderer_to_be_made(
     monkeypatch.setattr(server.worker.renderer_pool, "Renderer", SlowRenderer)
     frames = Frames(backend)
     frames.begin(replace(job(2), size=(40, 20)), job(1, 1))
-    while (request := backend._tasks.ready()) is not None:
-        backend._tasks.resume(request)
+    while (request := Frames.tasks.ready()) is not None:
+        Frames.tasks.resume(request)
     assert frames.pictures[0] == b""
     assert frames.pictures[1]
     found = True
@@ -193,7 +194,7 @@ def test_one_who_needs_light_while_another_s_is_made_has_that_made_in_its_own_tu
     backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who refines a picture gets no turn beside one who walks."""
-    tasks, said, done = backend._tasks, list[str](), list[int]()
+    tasks, said, done = Frames.tasks, list[str](), list[int]()
     monkeypatch.setattr(tasks, "turn_seconds", 0.0)
     anew = SETTINGS.model_copy(update={"skip": SETTINGS.skip.model_copy(update={"unchanged_lights": False})})
 
@@ -220,3 +221,27 @@ def test_one_who_needs_light_while_another_s_is_made_has_that_made_in_its_own_tu
     while tasks.knows(first):
         tasks.resume(first)
     assert sorted(done) == [1, 1, 2]
+
+
+def test_turns_of_a_frame_that_another_waits_for_are_no_time_of_that_one_s_own(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now, own, tasks = [0.0], list[float](), Frames.tasks
+    monkeypatch.setattr("gpu.core.sharing.perf_counter", lambda: now[0])
+    monkeypatch.setattr(tasks, "turn_seconds", 0.0)
+
+    def render(number: int) -> None:
+        begun = DEVICE_SHARING.own_time()
+        backend.render(job(1, number), lambda what, fraction: None)
+        own.append(DEVICE_SHARING.own_time() - begun)
+
+    Frames.requests += 2
+    first, second = Frames.requests - 1, Frames.requests
+    tasks.ask_back(first)
+    assert tasks.start(first, partial(render, 0)) is Turn.GIVEN_BACK
+    now[0] += 100.0
+    turn = tasks.start(second, partial(render, 1))
+    while turn is Turn.OPEN:
+        now[0] += 1.0
+        turn = tasks.resume(second)
+    assert own == [0.0, 0.0]
