@@ -103,6 +103,16 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     )
     app.state.service = service
     service.metrics.registry.register(monitor.State(service))
+    _add_middleware(app, service)
+    errors.install(app)
+    _add_routes(app)
+    app.openapi = partial(describe, app, settings)  # type: ignore[method-assign]
+    return app
+
+
+def _add_middleware(app: FastAPI, service: Service) -> None:
+    """What each request goes through, from the inside out."""
+    settings = service.settings
     app.add_middleware(BodyLimit, max_bytes=settings.max_message_bytes, streamed=(scene_api.router.prefix,))
     app.add_middleware(RequestLimit, service=service)
     app.add_middleware(Guard, settings=settings, metrics=service.metrics)
@@ -114,15 +124,15 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
         Forwarded, root_path=settings.root_path, trusted=settings.trusted_proxies, names=frozenset(NAMES)
     )
     app.add_middleware(Delivery)
-    errors.install(app)
+
+
+def _add_routes(app: FastAPI) -> None:
     stills = (render_api, pick_api, export_api)
     app.router.routes.append(stream.ROUTE)  # the first: others are not asked whether it is them that a crowd wants
     for part in (docs, health, monitor, *stills, scene_api, job_api, film_api, assign_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)
     app.router.default = Pages()
-    app.openapi = partial(describe, app, settings)  # type: ignore[method-assign]
-    return app
 
 
 def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:

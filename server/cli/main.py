@@ -7,11 +7,11 @@ Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was 
 import os
 import re
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 from gpu.errors import UserError
 from gpu.scene.environment_options import EnvironmentOptions
@@ -45,6 +45,9 @@ class _Parser(ArgumentParser):
         raise UserError(message)
 
 
+_Commands: TypeAlias = "_SubParsersAction[_Parser]"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command (of the process by default) and return its exit status."""
     try:
@@ -70,71 +73,17 @@ def _parser() -> ArgumentParser:
     parser = _Parser(prog="lumenwalk", description="Physically lit walks through a scene, in any browser.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {version('lumenwalk')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
-
-    serve = commands.add_parser("serve", help="serve scenes to browsers")
-    serve.add_argument("--config", type=Path, metavar="FILE", help="a TOML file with settings by their names below")
-    add_options(serve, ServerSettings, "service (or LUMENWALK_NAME in the environment; the limits of scenes only so)")
-    add_options(serve, ImportOptions, READING)
-    serve.set_defaults(command=_serve)
-
-    render = commands.add_parser("render", help="render a picture into a file, or a film along a camera path")
-    render.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    render.add_argument("output", metavar="OUT", help=OUTPUT_HELP)
-    render.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
-    render.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
-    render.add_argument("--path", type=Path, metavar="FILE", help="a film: the way of its camera, JSON (docs/films.md)")
-    render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
-    render.add_argument(
-        "--edit", type=Path, metavar="FILE", help="a JSON file of lights and materials that differ (docs/service.md)"
-    )
-    render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
-    add_options(render, RenderSettings, "light and quality")
-    add_options(render, Moment, "a moment of a scene that has animations")
-    add_options(render, ImportOptions, READING)
-    add_options(render, EnvironmentOptions, "what is around the scene")
-    add_options(render, FilmSettings, "a film, with --path")
-    render.set_defaults(command=_render)
-
-    compare = commands.add_parser(
-        "compare",
-        help="measure a picture against a reference",
-        description="MSE (clipped at the reference's 99th percentile), relMSE, mean HDR-FLIP and energy of A against B."
-        "\nBoth are linear: .npy, .exr, or an .npz with arrays `full` and `direct`.",
-        formatter_class=RawDescriptionHelpFormatter,
-    )
-    compare.add_argument("render", metavar="A", help="the picture")
-    compare.add_argument("reference", metavar="B", help="the reference")
-    compare.add_argument(
-        "--component",
-        choices=[component.value for component in Component],
-        default=Component.FULL.value,
-        help="what to take from an .npz (indirect is full - direct); other files are taken as they are (default full)",
-    )
-    compare.add_argument("--json", action="store_true", help="print the numbers as JSON")
-    compare.set_defaults(command=_compare)
-
-    info = commands.add_parser("info", help="say what is in a scene")
-    info.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    info.add_argument("--json", action="store_true", help="print it as JSON")
-    add_options(info, ImportOptions, READING)
-    info.set_defaults(command=_info)
-
-    warm = commands.add_parser("warm", help="compile the kernels of scenes ahead, so that nobody waits for it")
-    warm.add_argument("scenes", metavar="SCENE", nargs="*", help=f"{SCENE_HELP}; all built-in ones when none is given")
-    where = warm.add_mutually_exclusive_group()
-    where.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
-    where.add_argument(
-        "--architecture",
-        metavar="SM",
-        action="append",
-        type=int,
-        help="of GPUs that need not be here: ten times their compute capability, such as 90; may be given again",
-    )
-    warm.add_argument("--general", action="store_true", help="also what other scenes begin with on a GPU meanwhile")
-    add_options(warm, RenderSettings, "light and quality")
-    add_options(warm, ImportOptions, READING)
-    warm.set_defaults(command=_warm)
+    for add in (_add_serve, _add_render, _add_compare, _add_info, _add_warm):
+        add(commands)
     return parser
+
+
+def _add_serve(commands: _Commands) -> None:
+    parser = commands.add_parser("serve", help="serve scenes to browsers")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="a TOML file with settings by their names below")
+    add_options(parser, ServerSettings, "service (or LUMENWALK_NAME in the environment; the limits of scenes only so)")
+    add_options(parser, ImportOptions, READING)
+    parser.set_defaults(command=_serve)
 
 
 def _serve(options: Namespace) -> int:
@@ -147,6 +96,26 @@ def _serve(options: Namespace) -> int:
 
     serve(settings)
     return 0
+
+
+def _add_render(commands: _Commands) -> None:
+    parser = commands.add_parser("render", help="render a picture into a file, or a film along a camera path")
+    parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    parser.add_argument("output", metavar="OUT", help=OUTPUT_HELP)
+    parser.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
+    parser.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
+    parser.add_argument("--path", type=Path, metavar="FILE", help="a film: the way of its camera, JSON (docs/films.md)")
+    parser.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    parser.add_argument(
+        "--edit", type=Path, metavar="FILE", help="a JSON file of lights and materials that differ (docs/service.md)"
+    )
+    parser.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
+    add_options(parser, RenderSettings, "light and quality")
+    add_options(parser, Moment, "a moment of a scene that has animations")
+    add_options(parser, ImportOptions, READING)
+    add_options(parser, EnvironmentOptions, "what is around the scene")
+    add_options(parser, FilmSettings, "a film, with --path")
+    parser.set_defaults(command=_render)
 
 
 def _render(options: Namespace) -> int:
@@ -182,10 +151,38 @@ def _render(options: Namespace) -> int:
     return 0
 
 
+def _add_compare(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "compare",
+        help="measure a picture against a reference",
+        description="MSE (clipped at the reference's 99th percentile), relMSE, mean HDR-FLIP and energy of A against B."
+        "\nBoth are linear: .npy, .exr, or an .npz with arrays `full` and `direct`.",
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("render", metavar="A", help="the picture")
+    parser.add_argument("reference", metavar="B", help="the reference")
+    parser.add_argument(
+        "--component",
+        choices=[component.value for component in Component],
+        default=Component.FULL.value,
+        help="what to take from an .npz (indirect is full - direct); other files are taken as they are (default full)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
+    parser.set_defaults(command=_compare)
+
+
 def _compare(options: Namespace) -> int:
     from server.cli.reports import report_errors
 
     return report_errors(options.render, options.reference, Component(options.component), as_json=options.json)
+
+
+def _add_info(commands: _Commands) -> None:
+    parser = commands.add_parser("info", help="say what is in a scene")
+    parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    parser.add_argument("--json", action="store_true", help="print it as JSON")
+    add_options(parser, ImportOptions, READING)
+    parser.set_defaults(command=_info)
 
 
 def _info(options: Namespace) -> int:
@@ -193,6 +190,26 @@ def _info(options: Namespace) -> int:
 
     report_scene(options.scene, model_from(options, ImportOptions), as_json=options.json)
     return 0
+
+
+def _add_warm(commands: _Commands) -> None:
+    parser = commands.add_parser("warm", help="compile the kernels of scenes ahead, so that nobody waits for it")
+    parser.add_argument(
+        "scenes", metavar="SCENE", nargs="*", help=f"{SCENE_HELP}; all built-in ones when none is given"
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    where.add_argument(
+        "--architecture",
+        metavar="SM",
+        action="append",
+        type=int,
+        help="of GPUs that need not be here: ten times their compute capability, such as 90; may be given again",
+    )
+    parser.add_argument("--general", action="store_true", help="also what other scenes begin with on a GPU meanwhile")
+    add_options(parser, RenderSettings, "light and quality")
+    add_options(parser, ImportOptions, READING)
+    parser.set_defaults(command=_warm)
 
 
 def _warm(options: Namespace) -> int:
