@@ -39,12 +39,12 @@ BY_POWER = wp.constant(-1)
 class PointSamples:
     """Which samples of soft light a point takes.
 
-    place, seed: as for gpu.sampling.sobol.sobol_pair_at; moment: of the first of `count`; selection: what is learnt of
-    its lights, from element `bins` on (gpu.direct.light_selection), or BY_POWER.
+    place, seed: as for gpu.sampling.sobol.sobol_pair_at; index: of the first of `count` samples; selection: what is
+    learnt of its lights, from element `bins` on (gpu.direct.light_selection), or BY_POWER.
     """
 
     place: int
-    moment: int
+    index: int
     count: int
     seed: int
     selection: LightSelection
@@ -52,11 +52,11 @@ class PointSamples:
 
 
 @wp.func
-def samples_by_power(place: int, moment: int, count: int, seed: int) -> PointSamples:
+def samples_by_power(place: int, index: int, count: int, seed: int) -> PointSamples:
     """Those of lights that are chosen by power; as PointSamples."""
     samples = PointSamples()
     samples.place = place
-    samples.moment = moment
+    samples.index = index
     samples.count = count
     samples.seed = seed
     samples.bins = BY_POWER
@@ -88,15 +88,15 @@ def candidate_pick(samples: PointSamples, pick: Pair, candidate: int) -> LightPi
 
 
 @wp.func
-def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples, moment: int,
+def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples, index: int,
               glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
     Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
     along the sum of their weights, leaves the samples as well stratified as they come.
     """
-    pick = sobol_pair_at(samples.place, moment, 0, samples.seed)
-    point = sobol_pair_at(samples.place, moment, 1, samples.seed)
+    pick = sobol_pair_at(samples.place, index, 0, samples.seed)
+    point = sobol_pair_at(samples.place, index, 1, samples.seed)
     light = LightPick()
     sample = LightSample()
     unshadowed = wp.vec3()
@@ -125,9 +125,9 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
 
 @wp.func
 def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples,
-                       moment: int) -> wp.vec3:  # fmt: skip
+                       index: int) -> wp.vec3:  # fmt: skip
     """The other part of the estimate on a glossy surface: light that a ray of the specular lobe hits."""
-    point = sobol_pair_at(samples.place, moment, 2, samples.seed)
+    point = sobol_pair_at(samples.place, index, 2, samples.seed)
     lobe = sample_specular(surface, view, point.x, point.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
@@ -157,10 +157,10 @@ def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     light = wp.vec3(0.0, 0.0, 0.0)
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0 or is_fibrous(surface)):
         glossy = scene.glossy and is_glossy(surface)
-        for moment in range(samples.moment, samples.moment + samples.count):
-            estimate = ris_light(scene, table, surface, view, samples, moment, glossy)
+        for index in range(samples.index, samples.index + samples.count):
+            estimate = ris_light(scene, table, surface, view, samples, index, glossy)
             if glossy:
-                estimate += bsdf_sampled_light(scene, table, surface, view, samples, moment)
+                estimate += bsdf_sampled_light(scene, table, surface, view, samples, index)
             light += estimate / float(samples.count)
     return light
 
@@ -175,24 +175,26 @@ def demodulation(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 @wp.struct
 class DirectSamples:
-    """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
-    those that complement each other; seed; selection: what is learnt of the lights, if anything; known (pixel,): the
-    light of how many frames of a walk joins in, from `settled` of which on half as many rays do; an empty array: none.
+    """Which samples of soft light a frame takes: `count` shadow rays a pixel.
+
+    frame_index (1,): the frame's number among those that complement each other; seed: of all of these; selection: what
+    is learnt of the lights, if anything; known (pixel,): the light of how many frames of a walk joins in, from
+    `settled` of which on half as many rays do; an empty array: none.
     """
 
     count: int
-    moment: wp.array[int]
+    frame_index: wp.array[int]
     seed: int
     selection: LightSelection
     known: wp.array[int]
     settled: int
 
 
-def direct_samples(count: int, moment: wp.array, seed: int, probes: LightProbes | None = None,
+def direct_samples(count: int, frame_index: wp.array, seed: int, probes: LightProbes | None = None,
                    known: wp.array | None = None, settled: int = 0) -> DirectSamples:  # fmt: skip
     """The struct of these; probes: that have learnt, if any have."""
     samples = DirectSamples()
-    samples.count, samples.moment, samples.seed = count, moment, seed
+    samples.count, samples.frame_index, samples.seed = count, frame_index, seed
     samples.known, samples.settled = known, settled
     if probes:
         samples.selection = probes.selection
@@ -241,7 +243,7 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % image.width, pixel // image.width)
         count = count_of(samples, pixel)
-        own = samples_by_power(place, samples.moment[0] * count, count, samples.seed)
+        own = samples_by_power(place, samples.frame_index[0] * count, count, samples.seed)
         if wp.static(learnt):
             own.selection = samples.selection
             own.bins = bins_at(samples.selection, pixel, image.width)

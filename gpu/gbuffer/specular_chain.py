@@ -41,30 +41,30 @@ CHAIN_VERTICES = wp.constant(CHAIN_PARAMETERS.vertices)
 # The sequences of `sobol_pair_at` that chains take, beside those of direct light.
 CHAIN_PAIR = wp.constant(16)
 DIRECTION_PAIR = wp.constant(16 + CHAIN_PARAMETERS.vertices + 1)
-# The moment of frames whose chains are not drawn.
+# The frame index of chains that are not drawn.
 LIKELIER = -1
 
 
 @wp.struct
 class ChainSamples:
-    """How chains choose. moment (1,): the number of a frame among those that complement each other, whose chains are
-    drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed. splits:
-    where they are not drawn, the first glass shows both ways, each by its share: the likelier, and the other in a chain
-    of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and
-    through frosted glass, too.
+    """How chains choose.
+
+    frame_index (1,): the number of a frame among those that complement each other, whose chains are drawn; LIKELIER,
+    below zero: they take the likelier way, of which two frames alike show the same. splits: where they are not drawn,
+    the first glass shows both ways, each by its share: the likelier, and the other in a chain of its own
+    (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and through frosted
+    glass, too.
     """
 
-    moment: wp.array[int]
-    seed: int
+    frame_index: wp.array[int]
     splits: bool
     lobes: bool
 
 
-def chain_samples(device: wp.Device, moment: int = LIKELIER, seed: int = 0, *, splits: bool = False) -> ChainSamples:
+def chain_samples(device: wp.Device, frame_index: int = LIKELIER) -> ChainSamples:
     """The struct of these, on a device."""
     samples = ChainSamples()
-    samples.splits = splits
-    samples.moment, samples.seed = wp.full(1, moment, dtype=int, device=device), seed
+    samples.frame_index = wp.full(1, frame_index, dtype=int, device=device)
     return samples
 
 
@@ -105,9 +105,9 @@ def straight_end(scene: SceneData, ray: CameraRay) -> ChainEnd:
 @wp.func
 def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
     """The number in [0, 1) by which a chain chooses at a vertex; at one half it takes what is likelier."""
-    if samples.moment[0] < 0:
+    if samples.frame_index[0] < 0:
         return 0.5
-    return sobol_pair_at(place, samples.moment[0], CHAIN_PAIR + vertex, samples.seed).x
+    return sobol_pair_at(place, samples.frame_index[0], CHAIN_PAIR + vertex, 0).x
 
 
 @wp.func
@@ -171,11 +171,11 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     origin = ray.origin
     direction = ray.direction
     culls = scene.one_sided
-    splits = samples.splits and samples.moment[0] < 0
+    splits = samples.splits and samples.frame_index[0] < 0
     shows = bool(True)
     for vertex in range(CHAIN_VERTICES + 1):
-        if samples.moment[0] >= 0:
-            scene.coverage = ray_coverage(place, vertex, samples.seed ^ samples.moment[0])
+        if samples.frame_index[0] >= 0:
+            scene.coverage = ray_coverage(place, vertex, samples.frame_index[0])
         if vertex == CHAIN_VERTICES:
             scene.pane_count = 0
             shows = False
@@ -236,7 +236,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
                 return end
         drawn = wp.vec2(0.5, 0.5)
         if samples.lobes:
-            pair = sobol_pair_at(place, samples.moment[0], DIRECTION_PAIR + vertex, samples.seed)
+            pair = sobol_pair_at(place, samples.frame_index[0], DIRECTION_PAIR + vertex, 0)
             drawn = wp.vec2(pair.x, pair.y)
         # Nothing else finds emitters and the sky in mirrors and behind frosted glass; those of other lobes are direct
         # light of chains that do not go on.

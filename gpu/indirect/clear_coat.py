@@ -56,16 +56,16 @@ def clear_coat_kernel(features: SceneFeatures) -> wp.Kernel:
         choice.coat = True
         coat = part_of(surface, choice)
         place = morton_2d(pixel % image.width, pixel // image.width)
-        moment = samples.moment[0]
+        frame_index = samples.frame_index[0]
         light = wp.vec3(0.0, 0.0, 0.0)
         if known.direct:
             light = delta_light(scene, known.table, coat, view)
-            own = samples_by_power(place, moment, samples.count, samples.seed)
+            own = samples_by_power(place, frame_index, samples.count, samples.seed)
             light += area_light(scene, known.table, coat, view, own)
-        point = sobol_pair_at(place, moment, LOBE_PAIR, samples.seed)
+        point = sobol_pair_at(place, frame_index, LOBE_PAIR, samples.seed)
         lobe = sample_lobe(coat, view, point.x, point.y)
         if lobe.density > 0.0:
-            ray = lobe_ray(coat, lobe.direction, NO_EMISSION, place, moment, samples.seed)
+            ray = lobe_ray(coat, lobe.direction, NO_EMISSION, place, frame_index, samples.seed)
             light += wp.cw_mul(lobe.weight, light_along(scene, known, ray).light)
         above = gbuffer.throughput[pixel] * (share / wp.max(1.0 - share, LEAST_BELOW))
         radiance[pixel] += wp.cw_mul(above, light)

@@ -70,14 +70,14 @@ def beyond_face(scene: SceneData, ray: LobeRay, side: int, x: float, y: float) -
 
 
 @wp.func
-def sampled_through(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, moment: int,
+def sampled_through(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
                     seed: int) -> wp.vec3:  # fmt: skip
     """An estimate of direct light that glass sends to unit `view`, weighed against a ray to either side [W/m²/sr]."""
     none = wp.vec3(0.0, 0.0, 0.0)
     if table.count == 0:
         return none
-    pick = sobol_pair(moment, GLASS_PAIR, seed)
-    point = sobol_pair(moment, GLASS_PAIR + 1, seed)
+    pick = sobol_pair(index, GLASS_PAIR, seed)
+    point = sobol_pair(index, GLASS_PAIR + 1, seed)
     sample = sample_light(scene, table, table.all_emitters, surface.position, pick.a, point)
     light = wp.cw_mul(glass_value(surface, view, sample.direction), sample.irradiance)
     if largest(light) <= 0.0:
@@ -122,9 +122,9 @@ def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         if share == 0.0:
             return
         place = morton_2d(pixel % image.width, pixel // image.width)
-        moment = samples.moment[0]
-        point = sobol_pair_at(place, moment, LOBE_PAIR, samples.seed)
-        face_point = sobol_pair_at(place, moment, FACE_PAIR, samples.seed)
+        frame_index = samples.frame_index[0]
+        point = sobol_pair_at(place, frame_index, LOBE_PAIR, samples.seed)
+        face_point = sobol_pair_at(place, frame_index, FACE_PAIR, samples.seed)
         light = wp.vec3(0.0, 0.0, 0.0)
         distance = float(0.0)
         bright = float(0.0)
@@ -132,7 +132,7 @@ def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
             sample = sample_side(surface, view, wp.min(way, 1), point.x, point.y)
             if largest(sample.weight) > 0.0 and not (way == 2 and surface.thin):
                 density = wp.where(known.direct, sample.density, NO_EMISSION)
-                ray = lobe_ray(surface, sample.direction, density, place, moment, samples.seed)
+                ray = lobe_ray(surface, sample.direction, density, place, frame_index, samples.seed)
                 ray.throughput = sample.weight
                 if way > 0 and not surface.thin:
                     ray.inside = True
@@ -147,7 +147,7 @@ def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
                     distance += weight * seen.distance
                     bright += weight
         if known.direct:
-            light += sampled_through(scene, known.table, surface, view, moment, pixel_seed(pixel, samples.seed))
+            light += sampled_through(scene, known.table, surface, view, frame_index, pixel_seed(pixel, samples.seed))
         out.light[pixel] = light * share
         distance = distance / wp.max(bright, LEAST_BRIGHT)
         out.reach[pixel] = wp.max(lobe_reach(gbuffer, pixel, cameras[0], image, distance, chosen), NO_REACH)

@@ -82,12 +82,12 @@ def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         place = morton_2d(pixel % image.width, pixel // image.width)
-        point = sobol_pair_at(place, samples.moment[0], LOBE_PAIR, samples.seed)
+        point = sobol_pair_at(place, samples.frame_index[0], LOBE_PAIR, samples.seed)
         lobe = sample_lobe(surface, view, point.x, point.y)
         out.reach[pixel] = NO_REACH
         if lobe.density == 0.0:
             return
-        ray = lobe_ray(surface, lobe.direction, NO_EMISSION, place, samples.moment[0], samples.seed)
+        ray = lobe_ray(surface, lobe.direction, NO_EMISSION, place, samples.frame_index[0], samples.seed)
         seen = light_along(scene, known, ray)
         out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, seen.distance, chosen)
         out.light[pixel] = wp.cw_div(wp.cw_mul(lobe.weight, seen.light), even_specular(surface, view))

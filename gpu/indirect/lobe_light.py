@@ -110,7 +110,7 @@ def known_light(table: LightTable, lit: RadiosityCache, *, direct: bool) -> Know
 class LobeRay:
     """A ray from a surface of `normal` (geometric) along unit `direction`. density: of this direction [1/sr], by which
     emitters are weighed against samples of them; 0: they count whole, NO_EMISSION: not at all. inside: whether it runs
-    through a body, of this absorption. throughput: of what is seen along it, for its caller. place, moment, seed: of
+    through a body, of this absorption. throughput: of what is seen along it, for its caller. place, index, seed: of
     its samples (gpu.sampling.sobol.sobol_pair_at).
     """
 
@@ -122,12 +122,12 @@ class LobeRay:
     absorption: wp.vec3
     throughput: wp.vec3
     place: int
-    moment: int
+    index: int
     seed: int
 
 
 @wp.func
-def lobe_ray(surface: Surface, direction: wp.vec3, density: float, place: int, moment: int, seed: int) -> LobeRay:
+def lobe_ray(surface: Surface, direction: wp.vec3, density: float, place: int, index: int, seed: int) -> LobeRay:
     """A ray from `surface` along unit `direction`, outside of any body."""
     ray = LobeRay()
     ray.position = surface.position
@@ -135,7 +135,7 @@ def lobe_ray(surface: Surface, direction: wp.vec3, density: float, place: int, m
     ray.direction = direction
     ray.density = density
     ray.place = place
-    ray.moment = moment
+    ray.index = index
     ray.seed = seed
     return ray
 
@@ -192,7 +192,7 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
         surface = met_surface(scene, met.hit, direction)
         if density >= 0.0:
             seen.light += wp.cw_mul(throughput, surface.emission) * weight
-        choice = sobol_pair_at(ray.place, ray.moment, LOBE_PAIR + 2 * vertex + 1, ray.seed)
+        choice = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 1, ray.seed)
         chosen = choose_part(surface, -direction, choice.x)
         part = part_of(surface, chosen)
         if vertex == LOBE_VERTICES or not sends_on(part):
@@ -200,7 +200,7 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
             reflected = wp.cw_mul(even_reflectance(part, -direction), arriving) / PI
             seen.light += wp.cw_mul(throughput, reflected)
             return seen
-        point = sobol_pair_at(ray.place, ray.moment, LOBE_PAIR + 2 * vertex + 2, ray.seed)
+        point = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 2, ray.seed)
         sample = sample_scattering(part, -direction, chosen.rest, point.x, point.y)
         throughput = wp.cw_mul(throughput, sample.weight)
         if largest(throughput) <= 0.0:

@@ -26,7 +26,7 @@ class FrameArrays:
     area_light (pixel,): direct light of lights with an extent; light_probes: for its samples, None for small pictures
     and where the scene has one lamp at the most; indirect: indirect light, each before it is added; features: what
     kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index (1,): the frame's
-    own; numbers: these two and the chains' moment; brightness: of the indirect light; nothing (pixel,): zeros, for
+    own; numbers: these two and the chains' own index; brightness: of the indirect light; nothing (pixel,): zeros, for
     frames that earlier ones tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular
     lobes and frosted glass, None where there are none or the method does without. stride: of the pixels that are
     shaded (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
@@ -55,7 +55,7 @@ class FrameArrays:
         self.seed, self.frame_index = self.numbers.array[:1], self.numbers.array[1:2]
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
-        self.chain_samples.moment = self.numbers.array[2:]
+        self.chain_samples.frame_index = self.numbers.array[2:]
         self.set_numbers()
         self.numbers.upload()
         self.reads_radiosity = reads_radiosity
@@ -74,9 +74,9 @@ class FrameArrays:
         self.shading_points = ShadingPoints(size, stride, self.device)
         self.brightness = MeanBrightness(self.device)
 
-    def set_numbers(self, seed: int = 0, index: int = 0, moment: int = LIKELIER) -> None:
-        """Write `seed`, `frame_index` and the moment of `chain_samples` of a frame, which `numbers` uploads."""
-        self.numbers.host[:] = seed, index, moment
+    def set_numbers(self, seed: int = 0, index: int = 0, chain_index: int = LIKELIER) -> None:
+        """Write `seed`, `frame_index` and that of `chain_samples` of a frame, which `numbers` uploads."""
+        self.numbers.host[:] = seed, index, chain_index
 
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""

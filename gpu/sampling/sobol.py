@@ -10,7 +10,7 @@ MIX_1 = wp.constant(wp.uint32(0x7FEB352D))
 MIX_2 = wp.constant(wp.uint32(0x846CA68B))
 GOLDEN = wp.constant(wp.uint32(0x9E3779B9))
 FIRST_KEY = wp.constant(wp.uint32(0xA511E9B3))
-MOMENTS = wp.constant(1 << 16)  # sequences from this one on are those of `sobol_pair_at`'s moments
+SHIFTS = wp.constant(1 << 16)  # sequences from this one on are those that `sobol_pair_at` shifts by
 SECOND_KEY = wp.constant(wp.uint32(0x63D83595))
 
 
@@ -82,14 +82,14 @@ def sobol_pair(index: int, pair: int, seed: int) -> Pair:
 
 
 @wp.func
-def sobol_pair_at(place: int, moment: int, pair: int, seed: int) -> Pair:
-    """A sample of one of many places, such as pixels, of which each takes one moment after the other; as `sobol_pair`.
+def sobol_pair_at(place: int, index: int, pair: int, seed: int) -> Pair:
+    """Sample `index` of one of many places, such as pixels; as `sobol_pair`.
 
-    The sum of two points of Sobol's sequences, digit by digit. At any moment every power of two of consecutive places
-    is stratified, and at any place every power of two of consecutive moments.
+    The sum of two points of Sobol's sequences, digit by digit. Of any index every power of two of consecutive places is
+    stratified, and at any place every power of two of consecutive indices.
     """
     point = sobol_pair(place, pair, seed)
-    shift = sobol_pair(moment, pair + MOMENTS, seed)
+    shift = sobol_pair(index, pair + SHIFTS, seed)
     point.a = point.a ^ shift.a
     point.b = point.b ^ shift.b
     point.x = wp.min(float(point.a) * TO_UNIT, BELOW_ONE)

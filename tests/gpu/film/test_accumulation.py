@@ -131,7 +131,7 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
 
     def trace(*args: Any) -> None:
         samples = args[4]
-        asked.append((samples.count, int(samples.moment.numpy()[0]), samples.seed))
+        asked.append((samples.count, int(samples.frame_index.numpy()[0]), samples.seed))
         trace_direct_light(*args)
 
     monkeypatch.setattr("gpu.methods.passes.trace_direct_light", trace)
