@@ -10,7 +10,7 @@ from functools import cache
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.core.constants import FAR_AWAY
+from gpu.core.constants import FAR_AWAY, GOLDEN_RATIO
 from gpu.core.intrinsics import bits_of_warp, lowest_bit
 from gpu.correction.vpl_sampling import VplSampleParameters, vpl_sample_of
 from gpu.gbuffer.gbuffer import GBuffer
@@ -24,7 +24,6 @@ from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, thread_ray
 
 # Of each listed SP: arrays have room for so many.
 RAYS = 24
-GOLDEN = wp.constant(0.6180339887)
 # Of a step between rays: more than rounding.
 ROUNDING = wp.constant(0.01)
 BRIGHT_KEY, GUIDE_KEY = wp.constant(wp.uint32(0x7A3D70A1)), wp.constant(wp.uint32(0x3D4D51CB))
@@ -157,7 +156,7 @@ def adaptive_ray_kernel(fuzziness: int) -> wp.Kernel:
         near = indirect.unoccluded_near[sp]
         far = indirect.unoccluded_far[sp]
         own = hashed(wp.uint32(pixel) ^ hashed(GUIDE_KEY + wp.uint32(seed[0])))
-        turn = float(own) * TO_UNIT + GOLDEN * float(at[1])
+        turn = float(own) * TO_UNIT + GOLDEN_RATIO * float(at[1])
         pick = wp.vec2((turn - wp.floor(turn)) * far, (rays.share[index] - near) / far)
         state = hashed(own + wp.uint32(at[1]))
         sample = sample_vpl(

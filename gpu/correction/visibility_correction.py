@@ -12,6 +12,7 @@ from functools import cache, partial
 
 import warp as wp
 
+from gpu.core.constants import GOLDEN_STEP
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, vpl_sample_of
@@ -29,8 +30,6 @@ from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, arrival, shadow_rays, target
 from gpu.vpl.vpl_clusters import VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
-# SPs that follow each other have steps of the golden ratio between their rays, as a share of 2³².
-GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
 # Between the seeds of several passes.
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 # SPs that follow each other have a pass together, as the threads of a warp trace their rays.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.core.color import brightness, from_ycocg, to_ycocg
-from gpu.core.constants import FAR_AWAY
+from gpu.core.constants import FAR_AWAY, GOLDEN_RATIO
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
@@ -28,8 +28,6 @@ from gpu.gbuffer.gbuffer import GBuffer, apparent_position
 
 # The sky is so far away, in unit space, that it hardly moves as the camera does.
 SKY_DISTANCE = wp.constant(100.0)
-# Multiples of it, in turn, are spread evenly between whole numbers, and so are the columns of pixels chosen by them.
-GOLDEN_RATIO = wp.constant(0.6180339887)
 
 
 @wp.struct

@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from gpu.core.constants import PI
+from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, lanes_of, vector_sum
 from gpu.device_scene.bsdf import even_reflectance
@@ -19,14 +19,11 @@ from gpu.indirect.onward_paths import ONWARD_PARAMETERS, onward, onward_kernel
 from gpu.lights.light_table import LightTable
 from gpu.sp.centres import ShadingClusters
 
-# Of a centre's shortest ray, where none meets anything, in unit space.
-LONGEST = wp.constant(1.0e6)
-
 
 @wp.struct
 class Gathered:
     """What rays find. radiance (cluster · rays,) [W/m²/sr] of each; irradiance (cluster,) [W/m²]; least_distance
-    (cluster,): length of the shortest ray, unit space.
+    (cluster,): length of the shortest ray, unit space, RAY_LENGTH where none meets anything.
     """
 
     radiance: wp.array[wp.vec3]
@@ -71,7 +68,7 @@ def shortest_ray_kernel(first: int, lanes: int, rays: int, ends: RayEnds, out: G
     """`lanes` threads a cluster: the shortest of its rays."""
     index = first + wp.tid()
     cluster = index // lanes
-    shortest = float(LONGEST)
+    shortest = float(RAY_LENGTH)
     for ray in range(cluster * rays + index % lanes, (cluster + 1) * rays, lanes):
         if ends.hits[ray].face != NO_HIT:
             shortest = wp.min(shortest, ends.hits[ray].t)

@@ -2,13 +2,13 @@
 
 import warp as wp
 
+from gpu.core.constants import GOLDEN_RATIO
 from gpu.device_scene.bsdf import MIN_COSINE, sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
 
 # Directions by which a lobe is projected, the same for all: harmonics of four bands are smooth.
 DIRECTIONS = wp.constant(24)
-GOLDEN_TURN = wp.constant(0.6180339887)
 
 
 @wp.struct
@@ -31,7 +31,7 @@ def lobe_harmonics(surface: Surface, view: wp.vec3) -> LobeHarmonics:
     number = int(0)  # of a loop that is not unrolled
     while number < DIRECTIONS:
         x = (float(number) + 0.5) / float(DIRECTIONS)
-        turn = GOLDEN_TURN * float(number)
+        turn = GOLDEN_RATIO * float(number)
         sample = sample_specular(surface, view, x, turn - wp.floor(turn))
         cos_light = wp.dot(surface.normal, sample.direction)
         if sample.density > 0.0 and cos_light > 0.0:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, separation
-from gpu.core.constants import PI, TWO_PI
+from gpu.core.constants import GOLDEN_RATIO, PI, TWO_PI
 from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
 from gpu.core.parameters import parameters
@@ -26,7 +26,6 @@ from gpu.sampling.warps import orthonormal
 NEIGHBOURS = 32
 # Places of a disk where its surface is looked for: on a spiral, for small things closer to the middle.
 PLACES = wp.constant(16)
-GOLDEN_TURN = wp.constant(0.6180339887)
 
 neighbours = photon_search(NEIGHBOURS)
 
@@ -150,7 +149,7 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     whole = float(0.0)
     free = float(radius)
     for place in range(lane, PLACES, lanes):
-        angle = TWO_PI * (places[0] + GOLDEN_TURN * float(place))
+        angle = TWO_PI * (places[0] + GOLDEN_RATIO * float(place))
         out = (float(place) + places[1]) / float(PLACES)
         direction = frame * wp.vec3(wp.cos(angle), wp.sin(angle), 0.0)
         standing = closest_hit(scene, above, direction, radius)
