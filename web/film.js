@@ -13,7 +13,7 @@ import { CameraPath } from "./viewer/camera-path.js";
 /** @typedef {{keyframes: {time: number, camera: LookAtCamera, name: string}[]}} PathFile */
 
 /** What the server takes (server/wire/camera_path.py). */
-export const MOST_STOPS = 200;
+const MOST_STOPS = 200;
 export const SECONDS = { least: 0.1, most: 3600, usual: 3 };
 const LONGEST_NAME = 60;
 const DEGREE = Math.PI / 180;

@@ -264,8 +264,6 @@ class Engine:
         if self._link is not None:
             self._link.send(Leave(viewer))
 
-    # --- the worker's life ---
-
     async def _run_worker(self) -> None:
         self._link = link = await WorkerLink.start(self._command)
         self._hung = self._spoken = False
@@ -279,32 +277,36 @@ class Engine:
                 self._handle(link, message, payload)
         finally:
             watch.cancel()
-            self._link = None
-            self._listening = False
-            self._last_rendered = None
-            self.memory, self.scenes = (0, 0), ()
-            if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
-                self._set_activity(RECOVERING)
-            running, now = tuple(self._running), monotonic()
-            for entry in self._paused:
-                self._schedule.leave(entry)
-            self._paused.clear()
-            for turn in running:
-                self._end_turn(turn, (now - turn.began) / len(running))
-            guilty = self._pending.pop(running[0].request, None) if len(running) == 1 else None
-            for request in list(self._pending):
-                self._pending.pop(request).resolve(InnocentLossError(LOST))
-            try:
-                status = await link.stop()
-                if len(running) == 1:
-                    spent = running[0].spent + now - running[0].began
-                    self._quarantine.blame(running[0].job, spent, status, hung=self._hung)
-                else:
-                    self._quarantine.suspect(turn.job for turn in running)
-                log.info("worker %d ended with status %s", link.pid, status)
-            finally:  # it may be tried on another engine at once, which must know what it has done
-                if guilty is not None:
-                    guilty.resolve(WorkerLostError(LOST))
+            await self._settle(link)
+
+    async def _settle(self, link: WorkerLink) -> None:
+        """The worker at a link is gone: end it and its turns, tell whoever waits for its answers, and blame its job."""
+        self._link = None
+        self._listening = False
+        self._last_rendered = None
+        self.memory, self.scenes = (0, 0), ()
+        if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
+            self._set_activity(RECOVERING)
+        running, now = tuple(self._running), monotonic()
+        for entry in self._paused:
+            self._schedule.leave(entry)
+        self._paused.clear()
+        for turn in running:
+            self._end_turn(turn, (now - turn.began) / len(running))
+        guilty = self._pending.pop(running[0].request, None) if len(running) == 1 else None
+        for request in list(self._pending):
+            self._pending.pop(request).resolve(InnocentLossError(LOST))
+        try:
+            status = await link.stop()
+            if len(running) == 1:
+                spent = running[0].spent + now - running[0].began
+                self._quarantine.blame(running[0].job, spent, status, hung=self._hung)
+            else:
+                self._quarantine.suspect(turn.job for turn in running)
+            log.info("worker %d ended with status %s", link.pid, status)
+        finally:  # it may be tried on another engine at once, which must know what it has done
+            if guilty is not None:
+                guilty.resolve(WorkerLostError(LOST))
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
         match message:
@@ -395,8 +397,6 @@ class Engine:
 
     def _heartbeat(self) -> Job:
         return heartbeat(self._last_rendered, self.scenes, self._start.scene)
-
-    # --- turns and answers ---
 
     def _enqueue(self, client: int, urgency: Urgency, waiting: _Waiting) -> QueueEntry:
         entry = self._schedule.join(client, urgency)
