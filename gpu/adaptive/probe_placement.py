@@ -49,7 +49,7 @@ def pixel_of_probe(tile: int, image: ImageSize, state: wp.uint32) -> int:
 
 @wp.func
 def share_of(cdf: wp.array[float], tile: int) -> float:
-    """A tile's own share."""
+    """A tile's own share; cdf (tile,)."""
     if tile == 0:
         return cdf[0]
     return cdf[tile] - cdf[tile - 1]
@@ -75,7 +75,7 @@ def probe_pixel_kernel(first: int, image: ImageSize, frame: wp.array[int], evenl
 
 @wp.func
 def first_of(tiles: wp.array[int], tile: int) -> int:
-    """The first probe of a tile, or, where it has none, of those that follow."""
+    """The first probe of a tile, or, where it has none, of those that follow; tiles (probe,): ascending."""
     return upper_bound(tiles, tiles.shape[0], tile - 1)
 
 

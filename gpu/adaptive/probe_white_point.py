@@ -155,7 +155,7 @@ def probe_brightness_kernel(first: int, quantiles: wp.array[float], counts: wp.a
 
 @wp.func
 def white_of(quantiles: wp.array[float], whole: wp.array[wp.vec2]) -> float:
-    """White by what a `White` has found [W/m²/sr]; 0 if the picture is black."""
+    """White by what a `White` has found [W/m²/sr]; 0 if the picture is black. quantiles (2,), whole (1,): its."""
     if not whole[0][0] > 0.0:
         return 0.0
     return quantiles[1] * whole[0][1] / whole[0][0]

@@ -68,7 +68,7 @@ def kmeans_guess_kernel(first: int, points: Points, wanted: wp.array[int], none:
                         keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: owner and keys (point,) become the cluster that starts in its run of the points' order.
 
-    none: the key of what is no point.
+    wanted (1,): how many clusters there are; none: the key of what is no point.
     """
     point = first + wp.tid()
     count = points.count[0]
@@ -104,7 +104,7 @@ def kmeans_assign_to_any_kernel(first: int, points: Points, clusters: Representa
 def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
                        seed: int, lanes: int, clusters: Representatives) -> None:  # fmt: skip
     """`lanes` threads a cluster: move it to its members' weighted mean; without any it starts again at a random
-    point.
+    point. members, starts (cluster + 1,): of each; wanted (1,): how many clusters there are.
     """
     index = first + wp.tid()
     cluster = index // lanes

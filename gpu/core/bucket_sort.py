@@ -14,7 +14,10 @@ from gpu.core.device import launch, launch_together
 def count_in_buckets_kernel(
     first: int, keys: wp.array[int], shift: int, counts: wp.array[int], slots: wp.array[int]
 ) -> None:
-    """One thread an item: how many of its bucket came before it; counts (bucket,): how many there are."""
+    """One thread an item: how many of its bucket came before it, slots (item,), by its key, keys (item,).
+
+    counts (bucket + 1,): becomes how many there are, 0 before.
+    """
     item = first + wp.tid()
     bucket = keys[item] >> shift
     if bucket < counts.shape[0] - 1:
@@ -24,7 +27,10 @@ def count_in_buckets_kernel(
 @wp.kernel
 def place_in_buckets_kernel(first: int, keys: wp.array[int], shift: int, starts: wp.array[int], slots: wp.array[int],
                             placed: wp.array[wp.vec2i]) -> None:  # fmt: skip
-    """One thread an item: puts (key, item) into its bucket, in no order."""
+    """One thread an item: puts (key, item) into its bucket, in no order: placed (place,).
+
+    keys, slots (item,): as for `count_in_buckets_kernel`; starts (bucket + 1,): the first place of each.
+    """
     item = first + wp.tid()
     key = keys[item]
     bucket = key >> shift
@@ -35,7 +41,10 @@ def place_in_buckets_kernel(first: int, keys: wp.array[int], shift: int, starts:
 @wp.kernel
 def rank_in_buckets_kernel(first: int, shift: int, starts: wp.array[int], placed: wp.array[wp.vec2i],
                            items: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place: how many items of the bucket that is there come before the one that is, which goes there."""
+    """One thread a place: how many items of the bucket that is there come before the one that is, which goes there.
+
+    starts, placed: as `place_in_buckets_kernel` left them; items (place,): sorted by key, then number.
+    """
     place = first + wp.tid()
     if place >= starts[starts.shape[0] - 1]:
         return

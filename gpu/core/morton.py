@@ -81,7 +81,7 @@ def pixel_of_morton_2d(code: int) -> wp.vec2i:
 
 @wp.kernel
 def pixel_code_kernel(first: int, width: int, codes: wp.array[int], pixels: wp.array[int]) -> None:
-    """One thread a pixel: its number in Morton's order, and its own."""
+    """One thread a pixel: its number in Morton's order, and its own; codes, pixels (pixel,)."""
     pixel = first + wp.tid()
     codes[pixel] = morton_2d(pixel % width, pixel // width)
     pixels[pixel] = pixel

@@ -18,7 +18,7 @@ def iota_kernel(first: int, values: wp.array[int]) -> None:
 
 @wp.kernel
 def keys_in_order_kernel(first: int, keys: wp.array[int], items: wp.array[int], ordered: wp.array[int]) -> None:
-    """One thread a place: the key of the item that is there."""
+    """One thread a place: the key of the item that is there; keys (item,), items, ordered (place,)."""
     place = first + wp.tid()
     ordered[place] = keys[items[place]]
 
@@ -27,7 +27,10 @@ def keys_in_order_kernel(first: int, keys: wp.array[int], items: wp.array[int], 
 def group_starts_kernel(
     first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]
 ) -> None:
-    """One thread an item, one more at the end: writes the starts of all keys between its predecessor's and its own."""
+    """One thread an item, one more at the end: writes the starts of all keys between its predecessor's and its own.
+
+    sorted_keys (item,); starts (key + 1,).
+    """
     index = first + wp.tid()
     previous = int(-1)
     if index > 0:

@@ -34,7 +34,7 @@ class Rows:
 
 @wp.kernel
 def sum_ints_kernel(first: int, rows: Rows, partials: wp.array2d[int]) -> None:
-    """One thread a partial sum of a row over every PARTIALS-th of its values.
+    """One thread a partial sum of a row over every PARTIALS-th of its values: partials (row, PARTIALS).
 
     READ values are read before one is used: a thread waits for memory most of the time.
     """
@@ -63,7 +63,7 @@ def sum_ints_kernel(first: int, rows: Rows, partials: wp.array2d[int]) -> None:
 
 @wp.kernel
 def fold_int_sums_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d[int]) -> None:
-    """One thread a sum in a row: over every SUMS-th of its partial sums."""
+    """One thread a sum in a row: over every SUMS-th of its partial sums; partials (row, PARTIALS), sums (row, SUMS)."""
     index = first + wp.tid()
     row = index // SUMS
     total = int(0)

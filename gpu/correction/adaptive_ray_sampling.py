@@ -34,7 +34,7 @@ def adaptive_step_kernel(first: int, points: PointList, indirect: Indirect, seed
                          rays: ShadowRays) -> None:  # fmt: skip
     """One thread a ray: where it falls in all light, in even steps, later rays further on, as its `share`.
 
-    Read by all who compare it, since rounding that differs between them would lose rays.
+    Read by all who compare it, since rounding that differs between them would lose rays. seed: (1,).
     """
     thread = first + wp.tid()
     if thread >= rays.per_point * points.count[0]:
@@ -144,7 +144,7 @@ def adaptive_ray_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray: draws to which member of which VPL cluster it goes.
 
-        Rays to far ones take the tables of the SP's clusters by turns, each further on in its own.
+        Rays to far ones take the tables of the SP's clusters by turns, each further on in its own. seed: (1,).
         """
         thread = first + wp.tid()
         if thread >= rays.per_point * points.count[0]:

@@ -97,7 +97,7 @@ class Residual:
 def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed: wp.array[int], image: ImageSize,
                         indirect: Indirect, least: wp.array[float], keys: wp.array[int],
                         by: AdaptiveRayParameters) -> None:  # fmt: skip
-    """One thread an SP: how bright it may be, relative to `least` (1,), as a key; brightest first.
+    """One thread an SP: how bright it may be, relative to `least` (1,), as a key, keys (sp,); brightest first.
 
     listed (pixel,): 1 where there is an SP. None is chosen that speaks for the pixels beside it.
     """

@@ -13,7 +13,10 @@ from gpu.gbuffer.shading_points import ShadingPoints
 @wp.kernel
 def brightness_sample_kernel(first: int, gbuffer: GBuffer, points: PointList,
                              irradiance: wp.array[wp.vec3], samples: wp.array[float]) -> None:  # fmt: skip
-    """One thread a sample: the brightness of the first SP of each of SAMPLES equal runs of the list."""
+    """One thread a sample: the brightness of the first SP of each of SAMPLES equal runs of the list.
+
+    irradiance (pixel,) [W/m²]; samples (SAMPLES,) [W/m²/sr], 0 where there is no SP.
+    """
     sample = first + wp.tid()
     samples[sample] = 0.0
     if points.count[0] > 0:

@@ -94,7 +94,7 @@ def outlier_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: V
 def outlier_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters, table: GroupTable,
                        seed: wp.array[int], rays: ShadowRays, limits: VplSampleParameters,
                        by: RefinementParameters) -> None:  # fmt: skip
-    """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
+    """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each. seed: (1,)."""
     index = first + wp.tid()
     place = index // RAYS
     if place >= points.count[0]:
@@ -177,7 +177,10 @@ class Refinement:
 
     def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: wp.array,
             irradiance: wp.array) -> None:  # fmt: skip
-        """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
+        """Overwrite the irradiance (pixel,) [W/m²] of those of `points` that rays of their own find to be much darker.
+
+        seed: (1,), the frame's.
+        """
         listed, table, rays, capacity, device = points.points, self._table, self._rays, self._capacity, self.device
         launch(outlier_part_kernel, PARTS * capacity, [gbuffer, listed, vpls, table], device)
         sum_parts(table, capacity, listed.count)

@@ -62,7 +62,7 @@ def outlier_key_kernel(first: int, gbuffer: GBuffer, points: PointList, dispute:
                        keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a listed SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
 
-    SPs without a cluster come before all others.
+    keys (place,); SPs without a cluster come before all others.
     """
     place = first + wp.tid()
     keys[place] = LAST
@@ -91,7 +91,7 @@ class OutlierPoints(Selection):
 
     def find(self, points: ListedPoints, gbuffer: GBuffer, deficit: wp.array, irradiance: wp.array, own: wp.array,
              shared: wp.array, mean: MeanBrightness) -> None:  # fmt: skip
-        """List the worst of `points`, as `outlier_key_kernel` tells."""
+        """List the worst of `points`, as `outlier_key_kernel` tells; the arrays: as Dispute has them."""
         dispute = Dispute()
         dispute.deficit, dispute.irradiance, dispute.own, dispute.shared = deficit, irradiance, own, shared
         dispute.mean, dispute.dark = mean.value, self._dark

@@ -18,7 +18,7 @@ CHOSEN, TIED = wp.constant(wp.int64(1 << 32)), wp.constant(wp.int64(1))
 
 @wp.kernel
 def top_k_count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.array[int]) -> None:
-    """One thread a listed SP: counts (key,) how many there are of each key below `end`."""
+    """One thread a listed SP: counts (key,) how many there are of each key below `end`; keys (place,)."""
     key = keys[first + wp.tid()]
     if key < end:
         count_in(counts, key)
@@ -27,7 +27,10 @@ def top_k_count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.arr
 @wp.kernel
 def top_k_mark_kernel(first: int, keys: wp.array[int], end: int, totals: wp.array[int], most: wp.array[int],
                 marks: wp.array[wp.int64]) -> None:  # fmt: skip
-    """One thread a listed SP: CHOSEN where all up to its key are at most `most` (1,), TIED where but some of it are."""
+    """One thread a listed SP: CHOSEN where all up to its key are at most `most` (1,), TIED where but some of it are.
+
+    keys, marks (place,); totals (key,): how many there are up to each.
+    """
     place = first + wp.tid()
     key = keys[place]
     marks[place] = wp.int64(0)

@@ -52,7 +52,7 @@ ATROUS_PARAMETERS: AtrousParameters = parameters(AtrousParameters)
 @wp.kernel
 def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane_tolerance: float,
                            light: wp.array[wp.vec3], deviation: wp.array[float]) -> None:  # fmt: skip
-    """One thread a pixel: the standard deviation of the light of its surface in the 3×3 pixels around."""
+    """One thread a pixel: the standard deviation of the light (pixel,) of its surface in the 3×3 pixels around."""
     pixel = first + wp.tid()
     deviation[pixel] = 0.0
     if gbuffer.face[pixel] == NO_HIT:
@@ -81,7 +81,10 @@ def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane
 def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, chosen: AtrousParameters,
                          light: wp.array[wp.vec3], deviation: wp.array[float],
                          out: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pixel: its light mixed with that of the eight pixels `step` away, by 1/4, 1/2, 1/4 on each axis."""
+    """One thread a pixel: its light mixed with that of the eight pixels `step` away, by 1/4, 1/2, 1/4 on each axis.
+
+    light, deviation, out (pixel,): the deviation as of `light_deviation_kernel`.
+    """
     pixel = first + wp.tid()
     out[pixel] = light[pixel]
     if gbuffer.face[pixel] == NO_HIT or deviation[pixel] == 0.0:

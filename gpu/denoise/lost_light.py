@@ -27,7 +27,7 @@ def pair_weight(gbuffer: GBuffer, p: int, q: int, step: int, tolerance: float) -
 
 @wp.kernel
 def lost_light_kernel(first: int, light: wp.array[wp.vec3], before: wp.array[wp.vec3], lost: wp.array[wp.vec3]) -> None:
-    """One thread a pixel: what smoothed `light` lacks of that `before`; (pixel,) each."""
+    """One thread a pixel: what smoothed `light` lacks of that `before`, as `lost`; (pixel,) each."""
     pixel = first + wp.tid()
     lost[pixel] = before[pixel] - light[pixel]
 

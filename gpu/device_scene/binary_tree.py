@@ -62,7 +62,7 @@ def upper_of(mesh: wp.uint64, node: int) -> wp.vec3:
 @wp.kernel
 def read_nodes_kernel(first: int, mesh: wp.uint64, root: wp.array[int], lower: wp.array[wp.vec3],
                       upper: wp.array[wp.vec3], entries: wp.array[wp.vec3i]) -> None:  # fmt: skip
-    """One thread a node that a mesh's tree may have: its box and `entry_of`; root (1,)."""
+    """One thread a node that a mesh's tree may have: its box and `entry_of`, (node,) each; root (1,)."""
     node = first + wp.tid()
     if node == 0:
         root[0] = root_of(mesh)

@@ -26,8 +26,9 @@ def face_at(mesh: wp.uint64, place: int) -> wp.int32:
 def bvh_corner_kernel(first: int, mesh: wp.uint64, places: wp.array[int], vertices: wp.array[wp.vec3],
                       indices: wp.array[int], culled: wp.array[float], corners: wp.array[wp.vec4],
                       faces: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place of the leaves: its triangle and that one's corners. places (place,): which of the mesh's each
-    is; culled: see `build`.
+    """One thread a place of the leaves: its triangle and that one's corners, faces and corners as of Bvh.
+
+    places (place,): which of the mesh's each is; vertices, indices, culled: as of `build`.
     """
     place = first + wp.tid()
     face = face_at(mesh, places[place])

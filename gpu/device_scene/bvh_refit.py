@@ -19,7 +19,7 @@ from gpu.device_scene.bvh_collapse import WIDTH
 @wp.kernel
 def bvh_move_corners_kernel(first: int, bvh: Bvh, vertices: wp.array[wp.vec3], triangles: wp.array[wp.vec3i],
                             begin: int) -> None:  # fmt: skip
-    """One thread a place of the leaves: the corners of its triangle. begin: the number of the tree's first one."""
+    """One thread a place of the leaves: the corners of its triangle. vertices, triangles, begin: as of `refit`."""
     place = first + wp.tid()
     corner = triangles[begin + bvh.faces[place]]
     for k in range(3):

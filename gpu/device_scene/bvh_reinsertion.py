@@ -136,7 +136,7 @@ def fit_up(tree: BinaryTree, start: int) -> None:
 
 @host_kernel
 def reinsert_kernel(tree: BinaryTree, moved: wp.array[int]) -> None:
-    """Move each node of a list to where it is best, one after the other."""
+    """Move each node of a list, moved (place,), to where it is best, one after the other."""
     for index in range(moved.shape[0]):
         node = moved[index]
         above = tree.parent[node]

@@ -70,7 +70,7 @@ def equal_triangles(scene: SceneData, one: int, other: int, looks: bool) -> bool
 
 @wp.kernel
 def triangle_key_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64]) -> None:
-    """One thread a triangle, numbered from `begin`: its key (triangle,), the same for equal triangles."""
+    """One thread a triangle, numbered from `begin`: its key, keys (triangle,), the same for equal triangles."""
     number = first + wp.tid()
     corner = scene.triangles[begin + number]
     a = corner_key(scene, corner[0], looks)
@@ -83,8 +83,8 @@ def triangle_key_kernel(first: int, scene: SceneData, begin: int, looks: bool, k
 @wp.kernel
 def twin_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64],
                 order: wp.array[int], twins: wp.array[int], kept: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in the `order` of ascending keys: one of those before that its triangle equals, or NO_TWIN,
-    where kept is 1, else 0.
+    """One thread a place in the `order` (place,) of ascending `keys` (place,): one of those before that its triangle
+    equals, or NO_TWIN: twins (triangle,), where kept (triangle,) is 1, else 0.
     """
     place = first + wp.tid()
     number = order[place]
@@ -101,7 +101,7 @@ def twin_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.
 
 @wp.kernel
 def list_kept_kernel(first: int, kept: wp.array[int], totals: wp.array[int], listed: wp.array[int]) -> None:
-    """One thread a triangle: lists it where it is kept."""
+    """One thread a triangle: lists it where it is `kept` (triangle,). totals (triangle,): the running sum of that."""
     number = first + wp.tid()
     if kept[number] == 1:
         listed[totals[number] - 1] = number

@@ -13,7 +13,10 @@ from gpu.device_scene.repeated import distinct
 def listed_corners_kernel(first: int, triangles: wp.array[wp.vec3i], culled: wp.array[float], begin: int,
                           listed: wp.array[int], indices: wp.array[int],
                           listed_culled: wp.array[float]) -> None:  # fmt: skip
-    """One thread a listed triangle, numbered from `begin`: its corners (3·triangle,), and whether it is culled."""
+    """One thread a `listed` triangle, numbered from `begin`: its corners, indices (3·place,), and whether it is culled.
+
+    triangles, culled (triangle,): of all; listed_culled (place,): of these.
+    """
     place = first + wp.tid()
     triangle = begin + listed[place]
     for corner in range(3):
@@ -23,7 +26,7 @@ def listed_corners_kernel(first: int, triangles: wp.array[wp.vec3i], culled: wp.
 
 @wp.kernel
 def number_faces_kernel(first: int, listed: wp.array[int], faces: wp.array[int]) -> None:
-    """One thread a leaf's triangle, which is a number of those listed: what is listed there."""
+    """One thread a leaf's triangle, faces (place,), which is a number of those listed: what is listed there."""
     place = first + wp.tid()
     faces[place] = listed[faces[place]]
 

@@ -42,7 +42,10 @@ def srgb(x: float) -> float:
 
 @wp.kernel
 def tally_luminance_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
-    """One thread a partial sum over every PARTIALS-th pixel: no atomics, so the same bits every time."""
+    """One thread a partial sum over every PARTIALS-th pixel: no atomics, so the same bits every time.
+
+    radiance (pixel,) linear Rec. 709 [W/m²/sr].
+    """
     partial = first + wp.tid()
     total = float(0.0)
     lit = int(0)
@@ -101,7 +104,7 @@ def exposure_kernel(first: int, sums: Tally, fixed: float, middle_grey: float, e
 @wp.kernel
 def tonemap_kernel(first: int, radiance: wp.array[wp.vec3], exposure: wp.array[float],
                    pixels: wp.array2d[wp.uint8]) -> None:  # fmt: skip
-    """One thread a pixel. radiance (pixel,) linear Rec. 709 [W/m²/sr]; pixels (pixel, 3) sRGB 0–255."""
+    """One thread a pixel. radiance (pixel,) linear Rec. 709 [W/m²/sr]; exposure (1,); pixels (pixel, 3) sRGB 0–255."""
     pixel = first + wp.tid()
     colour = radiance[pixel] * exposure[0]
     for channel in range(3):

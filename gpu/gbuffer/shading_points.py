@@ -46,7 +46,10 @@ def mark_shaded_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: S
 @wp.kernel
 def list_shaded_kernel(first: int, shaded: wp.array[int], totals: wp.array[int], order: wp.array[int],
                        points: PointList) -> None:  # fmt: skip
-    """One thread a pixel, in Morton order: lists it when it has an SP; the last one writes the list's length."""
+    """One thread a pixel, in Morton `order` (place,): lists it when it has an SP; the last writes the list's length.
+
+    shaded, totals (place,): 1 for those, and the running sum of that.
+    """
     index = first + wp.tid()
     if shaded[index] == 1:
         points.pixels[totals[index] - 1] = order[index]

@@ -91,7 +91,7 @@ def guides_of(fuzziness: int) -> wp.Function:
 
 @wp.func
 def cluster_visibility_of(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
-    """The share of an SP's clusters that see a VPL cluster."""
+    """The share of an SP's clusters that see a VPL cluster; visibility: as of ClusteredLight."""
     share = float(0.0)
     for f in range(fuzziness):
         bits = visibility[guided.cluster[f], cluster // 32] >> wp.uint32(cluster % 32)

@@ -109,7 +109,10 @@ def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         chosen: NearFieldParameters,
         rays: NearRays,
     ) -> None:
-        """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
+        """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence.
+
+        seed: (1,); frames (pixel,): of how many earlier frames the light of each is known.
+        """
         sp = first + wp.tid()
         rays.distance[sp] = 0.0
         if sp >= points.count[0]:
@@ -174,7 +177,7 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         """One thread an SP: the irradiance that disks took from where its ray went.
 
         Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
-        there.
+        there. frames: as of the rays.
         """
         sp = first + wp.tid()
         rays.found[sp] = 0

@@ -68,7 +68,7 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
     ) -> None:
         """One thread an SP: if its ray goes on, the irradiance that disks took from where it ended: light (pixel,).
 
-        seeds: one element; found (sp,): 1 where there is light.
+        pixels (sp,): of the SPs; seeds: one element; found (sp,): 1 where there is light.
         """
         sp = first + wp.tid()
         share = paths.share[sp]

@@ -114,7 +114,10 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
 @wp.kernel
 def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], chosen: RayPlanParameters,
                       weak: wp.array[float]) -> None:  # fmt: skip
-    """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
+    """One thread a new representative, in order: the light below which a VPL cluster is weak there, weak (place,).
+
+    parts: of `pair_light_kernel`.
+    """
     place = first + wp.tid()
     fresh = sps.fresh[0]
     if place >= fresh:

@@ -56,7 +56,8 @@ def visibility_ray_kernel(see: wp.Function) -> wp.Kernel:
     ) -> None:
         """One thread every threads-th of the run's `rays` (run,): its pair becomes 1 if it arrives, else 0.
 
-        Where rays are few, only each SPREAD-th thread has one: fewer wait for each other.
+        Where rays are few, only each SPREAD-th thread has one: fewer wait for each other. pairs (ray,): which pair each
+        is, of gpu.indirect.ray_plan.
         """
         thread = first + wp.tid()
         length = length_of(run, sps)

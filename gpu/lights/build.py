@@ -22,8 +22,8 @@ from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Rgb, S
 @wp.kernel
 def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], samples: int, areas: wp.array[float],
                           powers: wp.array[float]) -> None:  # fmt: skip
-    """One thread an emissive triangle: its area and the power [W] of the sides that emit, averaged over `samples`
-    points and all channels.
+    """One thread an emissive triangle of `faces`: its area [unit area] and the power [W] of the sides that emit,
+    averaged over `samples` points and all channels; (triangle,) each.
     """
     index = first + wp.tid()
     face = faces[index]

@@ -68,8 +68,8 @@ def bucket_at(grid: DiskGrid, position: wp.vec3, level: int, share: float) -> in
 def disk_key_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
                     radius: wp.array[float], share: wp.array[float], count: wp.array[int],
                     keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a corner of a disk: the bucket of its cell; `buckets` for those it does not stand in, and for
-    all of them where it has no radius.
+    """One thread a corner of a disk: the bucket of its cell, keys (disk · CORNERS,); `buckets` for those it does not
+    stand in, and for all of them where it has no radius. Of the others: as of DiskGridBuilder.build.
     """
     entry = first + wp.tid()
     disk = entry // CORNERS
@@ -96,7 +96,7 @@ def disk_key_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], nor
 @wp.kernel
 def disk_entry_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], radius: wp.array[float],
                       share: wp.array[float]) -> None:  # fmt: skip
-    """One thread a place among the entries: writes the disk that is there."""
+    """One thread a place among the entries: writes the disk that is there; others: as of DiskGridBuilder.build."""
     place = first + wp.tid()
     if place >= grid.starts[grid.buckets]:
         return
@@ -126,7 +126,10 @@ class DiskGridBuilder:
         self.grid.disks = wp.zeros(self._groups.capacity, dtype=wp.vec4, device=device)
 
     def build(self, position: wp.array, normal: wp.array, radius: wp.array, share: wp.array, count: wp.array) -> None:
-        """Sort the first `count` (1,) disks in, each with a `share` (1,) of its `radius` (disk,)."""
+        """Sort the first `count` (1,) disks in, each with a `share` (1,) of its `radius` (disk,).
+
+        position, normal (disk,): of their centres, unit space.
+        """
         groups = self._groups
         inputs = [self.grid, position, normal, radius, share, count, groups.keys]
         launch(disk_key_kernel, groups.capacity, inputs, groups.device)

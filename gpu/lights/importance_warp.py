@@ -80,7 +80,7 @@ def warped_pixel(pyramid: ImportancePyramid, point: wp.vec2) -> int:
 
 @wp.kernel
 def warped_seed_kernel(first: int, pyramid: ImportancePyramid, seeds: wp.array[int]) -> None:
-    """One thread a seed: the pixel that its point of Halton's sequence goes to."""
+    """One thread a seed: the pixel that its point of Halton's sequence goes to, −1 for none; seeds (seed,)."""
     seed = first + wp.tid()
     seeds[seed] = warped_pixel(pyramid, halton_point(seed))
 

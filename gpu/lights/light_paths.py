@@ -173,7 +173,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
 @wp.kernel
 def surface_key_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], flux: wp.array[wp.vec3],
                        keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a VPL or photon: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
+    """One thread a VPL or photon: its key in the order of surface points, EMPTY_KEY without flux; (vpl,) each."""
     index = first + wp.tid()
     carried = flux[index]
     keys[index] = EMPTY_KEY
@@ -195,7 +195,10 @@ def gather_vpls_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) 
 
 @wp.kernel
 def count_filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int]) -> None:
-    """One thread a key: where the first is empty, writes how many are not. filled (1,): before, how many there are."""
+    """One thread a key: where the first is empty, writes how many are not.
+
+    sorted_keys (key,): of `surface_key_kernel`; filled (1,): before, how many there are.
+    """
     index = first + wp.tid()
     if sorted_keys[index] == EMPTY_KEY:
         if index == 0:

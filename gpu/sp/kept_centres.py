@@ -127,7 +127,7 @@ def drop_crowded_kernel(first: int, chosen: KeepingParameters, kept: KeptCentres
 @wp.kernel
 def find_unserved_kernel(first: int, points: Points, centres: Representatives, kept: KeptCentres,
                          unserved: wp.array[int]) -> None:  # fmt: skip
-    """One thread an SP: whether no kept centre is near enough to serve it."""
+    """One thread an SP: whether no kept centre is near enough to serve it, unserved (sp,)."""
     sp = first + wp.tid()
     if sp >= points.count[0]:
         return

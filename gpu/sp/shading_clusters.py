@@ -96,7 +96,7 @@ def variation_seed_kernel(first: int, points: Points, chosen: SeedingParameters,
 @wp.kernel
 def centre_kernel(first: int, gbuffer: GBuffer, listed: PointList, medoids: wp.array[int],
                   clusters: ShadingClusters) -> None:  # fmt: skip
-    """One thread a cluster: what rays from its centre need."""
+    """One thread a cluster: what rays from its centre need. medoids (cluster,): the SPs that the centres are."""
     cluster = first + wp.tid()
     if clusters.spacing[cluster] > 0.0:
         pixel = listed.pixels[medoids[cluster]]

@@ -40,7 +40,10 @@ BIDIRECTIONAL_IMPORTANCE_PARAMETERS: BidirectionalImportanceParameters = paramet
 def view_sample_kernel(
     first: int, gbuffer: GBuffer, image: ImageSize, position: wp.array[wp.vec3], normal: wp.array[wp.vec3]
 ) -> None:
-    """One thread a sample: the point that a pixel of Halton's sequence sees; its normal is 0 where that is nothing."""
+    """One thread a sample: the point that a pixel of Halton's sequence sees, position and normal (sample,).
+
+    Its normal is 0 where that is nothing.
+    """
     sample = first + wp.tid()
     point = halton_point(sample)
     pixel = int(point[1] * float(image.height)) * image.width + int(point[0] * float(image.width))
@@ -52,7 +55,10 @@ def view_sample_kernel(
 def bidirectional_importance_kernel(first: int, vpls: Vpls, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
                                     chosen: BidirectionalImportanceParameters, lanes: int,
                                     importance: wp.array[float]) -> None:  # fmt: skip
-    """`lanes` threads a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside."""
+    """`lanes` threads a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside.
+
+    position, normal (sample,): of `view_sample_kernel`; importance (vpl,).
+    """
     index = first + wp.tid()
     vpl = index // lanes
     lane = index % lanes

@@ -46,7 +46,8 @@ def neighbour_area_kernel(first: int, vpls: Vpls, medoids: wp.array[int], starts
     """`lanes` threads a cluster: the area that one of few members has by its distance to the nearest other that faces a
     like way, areas (cluster,); 0 if there is none.
 
-    A disk of no area would light what is near without bound.
+    A disk of no area would light what is near without bound. medoids (cluster,), starts (cluster + 1,): of the
+    members of each.
     """
     index = first + wp.tid()
     cluster = index // lanes

@@ -28,7 +28,7 @@ from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters
 
 @wp.kernel
 def subcluster_count_kernel(first: int, starts: wp.array[int], counts: wp.array[int]) -> None:
-    """One thread a cluster: how many subclusters its members are."""
+    """One thread a cluster: how many subclusters its members are; starts (cluster + 1,), counts (cluster,)."""
     cluster = first + wp.tid()
     counts[cluster] = (starts[cluster + 1] - starts[cluster] + PER_SUBCLUSTER - 1) // PER_SUBCLUSTER
 
