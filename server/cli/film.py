@@ -3,7 +3,8 @@
 import json
 import re
 from collections import Counter
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -11,6 +12,7 @@ from time import perf_counter
 from pydantic import ValidationError
 
 from gpu.errors import UserError
+from gpu.film.frame import Frame
 from gpu.scene.camera_path import CameraPath
 from gpu.scene.text import without_mark
 from gpu.scene.types import Scene
@@ -83,6 +85,26 @@ def is_film(output: Path) -> bool:
     return output.suffix.lower() == FILM_SUFFIX
 
 
+def _check(output: Path, size: tuple[int, int], film: FilmSettings) -> None:
+    """UserError where no film or no pictures can be written to `output`, before any is rendered."""
+    if is_film(output):
+        check_film(size, film.codec)
+        check_folder(output)
+    else:
+        PictureFiles(output).check()
+
+
+@contextmanager
+def _writer(output: Path, size: tuple[int, int], film: FilmSettings) -> Iterator[Callable[[int, Frame], None]]:
+    """What writes the picture of an index, from 0: into the video file `output`, or into a file of its own."""
+    if is_film(output):
+        with FilmFile(output, size, film) as video:
+            yield lambda _, frame: video.add(frame.pixels())
+    else:
+        files = PictureFiles(output)
+        yield lambda index, frame: write_picture(files.file(index + 1), frame)
+
+
 def render_film(
     chosen: ChosenScene,
     output: Path,
@@ -99,12 +121,8 @@ def render_film(
     `as_json`, statistics are printed on stdout. Raises UserError for a scene, environment, edit, camera, device or
     file that is not there or not sound.
     """
-    views, files = read_path(path).views(film.fps), PictureFiles(output)
-    if is_film(output):
-        check_film(options.size, film.codec)
-        check_folder(output)
-    else:
-        files.check()
+    views = read_path(path).views(film.fps)
+    _check(output, options.size, film)
     started = perf_counter()
     scene = chosen.read_file()
     shown, edits = chosen.edited(scene, chosen.edits), chosen.edits
@@ -112,10 +130,7 @@ def render_film(
     way = _way(path, shown, views[0], options.size)
     load_seconds = perf_counter() - started
     studio, faults, writing = Studio(shown, options), Counter[str](), 0.0
-    video: AbstractContextManager[FilmFile | None] = (
-        FilmFile(output, options.size, film) if is_film(output) else nullcontext()
-    )
-    with video as stream:
+    with _writer(output, options.size, film) as write:
         for index, view in enumerate(views):
             moment = played(chosen.edits, animations, film.play, view.time - views[0].time)
             if moment != edits:
@@ -125,10 +140,7 @@ def render_film(
             frame = studio.picture(way.at(view.time), (index, len(views)))
             faults.update({what: frame.stats.counts.get(what, 0) for what in FAULTS})
             began = perf_counter()
-            if stream is not None:
-                stream.add(frame.pixels())
-            else:
-                write_picture(files.file(index + 1), frame)
+            write(index, frame)
             writing += perf_counter() - began
     studio.progress.end()
     warn_of_faults(faults)
