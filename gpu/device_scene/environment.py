@@ -17,7 +17,7 @@ from gpu.scene.types import Doubles, Environment, Integers
 _LEAST_SHARE = 1e-4
 # What a pixel shows on the average of it and its neighbours, between whose middles colours are interpolated.
 _TENT = (0.125, 0.75, 0.125)
-_WEIGHTS = (0.2126, 0.7152, 0.0722)
+_LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
 
 
 @wp.struct
@@ -115,7 +115,7 @@ def mean_radiance(environment: Environment) -> float:
 
 def upload_environment(environment: Environment, device: wp.Device) -> EnvironmentData:
     """`environment` on a device, with the tables that directions are drawn by."""
-    light = environment.pixels.astype(np.float64) @ np.array(_WEIGHTS)
+    light = environment.pixels.astype(np.float64) @ np.array(_LUMINANCE)
     light = _smoothed(np.pad(light, ((0, 0), (1, 1)), "wrap"), 1)
     light = _smoothed(np.pad(light, ((1, 1), (0, 0)), "edge"), 0)
     light += _LEAST_SHARE * light.mean()
