@@ -12,6 +12,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from subprocess import DEVNULL, Popen
 from threading import Lock, Thread
+from time import monotonic
 from typing import Any
 
 import warp as wp
@@ -19,6 +20,8 @@ import warp as wp
 from gpu.child_process import clean_environment, module_command
 
 IDLE_SECONDS = 30.0  # that it waits for more
+# Without an answer to anything that was asked, after which it hangs: a kernel takes a minute, and may have to wait.
+HANG_SECONDS = 600.0
 # By Warp's names: one for CPUs, one for GPUs.
 COMPILERS = ("build_cpu", "build_cuda")
 # It compiles for GPUs, and needs none; and has a heap for each few threads, as glibc would have it.
@@ -63,13 +66,17 @@ class Compilers:
         return ours
 
     def _listen(self, connection: "Connection[Any, Any]", process: "Popen[bytes]") -> None:
-        """Pass answers on until there have been none to wait for a while, or the process has ended."""
+        """Pass answers on until there have been none to wait for a while, or the process has ended: it is killed where
+        it hangs.
+        """
         lost: list[int] = []
+        heard = monotonic()
         with connection:
             while True:
                 try:
                     if connection.poll(self._idle_seconds):
                         self._answer(*connection.recv())
+                        heard = monotonic()
                         continue
                 except (EOFError, OSError):
                     with self._lock:
@@ -79,6 +86,8 @@ class Compilers:
                     if not self._asked:
                         self._connection = None
                         break
+                if monotonic() - heard > HANG_SECONDS:
+                    process.kill()
         status = process.wait()
         for number in lost:
             self._answer(number, f"the compilers' process ended with status {status}")

@@ -1,6 +1,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from subprocess import Popen
 from threading import Thread
@@ -74,6 +75,18 @@ def test_an_end_of_the_process_is_an_error_and_the_next_has_another(
         compile_into(tmp_path, compilers, "two")
     ending.join()
     assert compile_into(tmp_path, compilers, "three").exists()
+
+
+def test_a_process_that_answers_no_more_is_not_waited_for(
+    tmp_path: Path, started: list["Popen[bytes]"], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compilers = Compilers(idle_seconds=2.0)
+    compile_into(tmp_path, compilers, "one")
+    os.kill(started[0].pid, signal.SIGSTOP)
+    monkeypatch.setattr(module, "HANG_SECONDS", 0.0)
+    second = ThreadPoolExecutor(1).submit(compile_into, tmp_path, compilers, "two")
+    with pytest.raises(RuntimeError, match="ended with status -9"):
+        second.result(timeout=30.0)
 
 
 def test_the_process_has_heaps_for_its_threads_and_no_gpu(
