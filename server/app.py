@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.metadata import version
-from typing import Any
+from typing import Any, TextIO
 
 import uvicorn
 from fastapi import FastAPI
@@ -210,13 +210,18 @@ def _announcer(engines: EnginePool, server: uvicorn.Server, url: str) -> Callabl
             pass  # the worker goes because the service does
         elif activity.state is EngineState.READY and not announced:
             announced = True
-            with suppress(OSError):  # nobody reads it, or its file has no room
-                print(url, flush=True)
+            _say(url, sys.stdout)
         elif activity.text and (activity.state, activity.text) != (told.state, told.text) and not engines.ready:
-            print(f"lumenwalk: {activity.text}", file=sys.stderr, flush=True)
+            _say(f"lumenwalk: {activity.text}", sys.stderr)
         told = activity
 
     return announce
+
+
+def _say(text: str, to: TextIO) -> None:
+    """Print a line, unless nobody reads it, or its file has no room: that is no fault of the engine that is heard."""
+    with suppress(OSError):
+        print(text, file=to, flush=True)
 
 
 def _url(settings: ServerSettings, port: int, *, with_token: bool) -> str:

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import ENOSPC
+from io import StringIO
 from pathlib import Path
 
 import httpx
@@ -18,7 +20,8 @@ from pydantic import TypeAdapter
 from websockets.sync.client import connect
 
 from gpu.errors import UserError
-from server.app import _url, create_app, prepare, serve, server_config
+from server.app import _announcer, _url, create_app, create_server, prepare, serve, server_config
+from server.render.activity import READY, RECOVERING, Activity, EngineState
 from server.settings import ServerSettings
 from server.walk.stream import ROUTE
 from server.walk.viewer import settings_schema
@@ -79,6 +82,25 @@ def test_a_start_that_fails_ends_the_service_with_the_reason(tmp_path: Path) -> 
         assert process.stdout is not None
         assert process.stdout.read() == "user error: no device 'none' here\n"
         assert process.wait(PATIENCE) == 0
+
+
+def test_words_that_cannot_be_written_stop_no_renderer(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Full(StringIO):
+        def flush(self) -> None:
+            raise OSError(ENOSPC, "No space left on device")
+
+    settings, written = ServerSettings(), (Full(), Full())
+    app = create_app(settings, GRADIENT_WORKER)
+    engines = app.state.service.engines
+    engines.listeners.add(_announcer(engines, create_server(app, settings), "http://localhost"))
+    for name, stream in zip(("stdout", "stderr"), written, strict=True):
+        monkeypatch.setattr(sys, name, stream)
+    for activity in (Activity(EngineState.STARTING, "compiling"), READY, RECOVERING):
+        engines.engines[0]._set_activity(activity)
+    assert [stream.getvalue() for stream in written] == [
+        "http://localhost\n",
+        "lumenwalk: compiling\nlumenwalk: starting the renderer again\n",
+    ]
 
 
 def test_a_port_in_use_is_said() -> None:
