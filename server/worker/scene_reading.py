@@ -65,8 +65,9 @@ def _run(request: CheckRequest, answer: int, name: str) -> int:
     )
     try:
         assert process.stdin is not None
-        process.stdin.write(request.model_dump_json().encode())
-        process.stdin.close()
+        with suppress(BrokenPipeError):  # it has ended, which its status tells
+            process.stdin.write(request.model_dump_json().encode())
+            process.stdin.close()
         ended: Callable[[], bool] = lambda: process.poll() is not None or monotonic() > deadline  # noqa: E731
         DEVICE_SHARING.wait_for(ended)
         if process.poll() is None:

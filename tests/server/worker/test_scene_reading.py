@@ -2,6 +2,8 @@
 
 import sys
 from pathlib import Path
+from subprocess import Popen
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,6 +63,18 @@ def test_readers_that_end_badly_are_no_fault_of_the_worker(
     monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-I", "-c", f"input()\n{program}"))
     with pytest.raises(SceneError, match=f"^hall: .*{sentence}|^hall: {sentence}"):
         read_beside(SceneRef("hall", "/nowhere/hall.glb"), Start(SceneRef("", ""), check_seconds=seconds))
+
+
+def test_a_reader_that_has_ended_before_it_was_asked_is_no_fault_of_the_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Ended(Popen[bytes]):
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            self.wait()
+
+    monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-c", "raise SystemExit(3)"))
+    monkeypatch.setattr(scene_reading, "Popen", Ended)
+    with pytest.raises(SceneError, match="its reader ended with status 3"):
+        read_beside(SceneRef("hall", "/nowhere/hall.glb"), START)
 
 
 def test_what_a_reader_has_started_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
