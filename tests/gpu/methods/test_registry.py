@@ -104,7 +104,7 @@ def test_general_kernels_show_what_a_scenes_own_show(
     with guarded(str(room.device)) as arrays:
         pictures = frames(room.generalised(), settings)
     assert arrays.broken == []
-    for own, general in zip(frames(room.as_on_gpus(), settings), pictures, strict=True):
+    for own, general in zip(frames(room, settings), pictures, strict=True):
         assert own.mean() > 0.0
         assert np.sqrt(np.mean((general - own) ** 2)) < tolerance * own.mean()
 
