@@ -98,7 +98,7 @@ def pixels_between(pixel: int, other: int, image: ImageSize) -> wp.vec2:
 
 
 @wp.struct
-class DepthsBeside:
+class DepthExtrema:
     """Of the 3×3 pixels about one those whose surfaces are nearest to the camera and farthest from it."""
 
     nearest: int
@@ -106,11 +106,11 @@ class DepthsBeside:
 
 
 @wp.func
-def depths_beside(gbuffer: GBuffer, pixel: int, image: ImageSize) -> DepthsBeside:
+def depth_extrema(gbuffer: GBuffer, pixel: int, image: ImageSize) -> DepthExtrema:
     """The pixels at both ends of what is around one; farthest of all is the sky."""
-    beside = DepthsBeside()
-    beside.nearest = pixel
-    beside.farthest = pixel
+    depths = DepthExtrema()
+    depths.nearest = pixel
+    depths.farthest = pixel
     least = float(FAR_AWAY)
     most = float(0.0)
     for number in range(9):
@@ -118,15 +118,15 @@ def depths_beside(gbuffer: GBuffer, pixel: int, image: ImageSize) -> DepthsBesid
         depth = wp.where(gbuffer.face[other] == NO_HIT, float(FAR_AWAY), gbuffer.spacing[other])
         if depth < least:
             least = depth
-            beside.nearest = other
+            depths.nearest = other
         if depth > most:
             most = depth
-            beside.farthest = other
-    return beside
+            depths.farthest = other
+    return depths
 
 
 @wp.func
-def place_before(gbuffer: GBuffer, camera: CameraData, before: CameraData, pixel: int, image: ImageSize) -> wp.vec2:
+def reprojected(gbuffer: GBuffer, camera: CameraData, before: CameraData, pixel: int, image: ImageSize) -> wp.vec2:
     """Where the camera of the frame before saw what `pixel` shows [pixels], as gpu.gbuffer.camera_rays.image_point."""
     if gbuffer.face[pixel] != NO_HIT:
         return image_point(before, apparent_position(gbuffer, pixel), image)
@@ -174,7 +174,7 @@ def frames_before(previous: PreviousFrameData, frames: wp.array[int], gbuffer: G
 
 
 @wp.func
-def cubic_weight(distance: float) -> float:
+def catmull_rom_weight(distance: float) -> float:
     """Of a value so far away, by E. Catmull and R. Rom's spline: it keeps sharp what is looked up again and again."""
     x = wp.abs(distance)
     if x < 1.0:
@@ -185,22 +185,22 @@ def cubic_weight(distance: float) -> float:
 
 
 @wp.func
-def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -> wp.vec3:
-    """A picture (pixel,) between its pixels, at a place [pixels]."""
+def catmull_rom(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -> wp.vec3:
+    """A picture (pixel,) between its pixels, at a place [pixels], by a bicubic spline."""
     left = int(wp.floor(place[0])) - 1
     top = int(wp.floor(place[1])) - 1
     total = wp.vec3(0.0, 0.0, 0.0)
     for tap in range(16):
         column = left + tap % 4
         row = top + tap // 4
-        weight = cubic_weight(place[0] - float(column)) * cubic_weight(place[1] - float(row))
+        weight = catmull_rom_weight(place[0] - float(column)) * catmull_rom_weight(place[1] - float(row))
         inside = wp.clamp(row, 0, image.height - 1) * image.width + wp.clamp(column, 0, image.width - 1)
         total += picture[inside] * weight
     return total
 
 
 @wp.struct
-class Surroundings:
+class Neighbourhood:
     """3×3 pixels about one: mean and variance of luma and chroma, brightness of the darkest and of the brightest, and
     the least of each channel.
     """
@@ -213,9 +213,9 @@ class Surroundings:
 
 
 @wp.func
-def surroundings(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Surroundings:
-    """What is around a pixel of a picture (pixel,)."""
-    around = Surroundings()
+def neighbourhood(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Neighbourhood:
+    """Of the 3×3 pixels about one of a picture (pixel,)."""
+    around = Neighbourhood()
     around.least = FAR_AWAY
     around.lower = wp.vec3(FAR_AWAY, FAR_AWAY, FAR_AWAY)
     mean = wp.vec3(0.0, 0.0, 0.0)
@@ -234,8 +234,9 @@ def surroundings(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Su
 
 
 @wp.func
-def bounded(colour: wp.vec3, around: Surroundings, deviations: float) -> wp.vec3:
-    """A colour moved towards the mean of what is `around` until it is so many deviations from that (Salvi 2016).
+def variance_clipped(colour: wp.vec3, around: Neighbourhood, deviations: float) -> wp.vec3:
+    """A colour moved towards the mean of what is `around` until it is so many deviations from that: variance clipping
+    (Salvi 2016).
 
     No channel is below all around: beside a lamp deviations are large, and a spline of it and what is dark falls below
     zero, which would be a black rim.
@@ -250,7 +251,7 @@ def bounded(colour: wp.vec3, around: Surroundings, deviations: float) -> wp.vec3
 
 
 @wp.func
-def frames_across(around: Surroundings, picture_mean: float, chosen: AntialiasingParameters) -> float:
+def frames_across(around: Neighbourhood, picture_mean: float, chosen: AntialiasingParameters) -> float:
     """Of how many frames the mean is with so much contrast around: fewer the more, from `max_frames` to 1."""
     dark = wp.max(chosen.dark * picture_mean, 1.0e-12)
     contrast = wp.max(around.most, dark) / wp.max(around.least, dark)
@@ -290,9 +291,9 @@ def find_motion_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData
     image = previous.image
     out.frames[pixel] = 0
     # Silhouettes move as what is in front.
-    beside = depths_beside(gbuffer, pixel, image)
-    shown = beside.nearest
-    place = place_before(gbuffer, camera[0], previous.camera[0], shown, image)
+    depths = depth_extrema(gbuffer, pixel, image)
+    shown = depths.nearest
+    place = reprojected(gbuffer, camera[0], previous.camera[0], shown, image)
     if place[0] <= -1.0 or place[1] <= -1.0:
         return
     out.frames[pixel] = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
@@ -301,8 +302,8 @@ def find_motion_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData
     out.place[pixel] = place + moved + pixels_between(shown, pixel, image)
     deviations = chosen.deviations
     if not depends_on_view(gbuffer, pixel):
-        behind = place_before(gbuffer, camera[0], previous.camera[0], beside.farthest, image)
-        slip = wp.length(behind - place - pixels_between(shown, beside.farthest, image))
+        behind = reprojected(gbuffer, camera[0], previous.camera[0], depths.farthest, image)
+        slip = wp.length(behind - place - pixels_between(shown, depths.farthest, image))
         deviations *= wp.max(chosen.slip / wp.max(slip, 1.0e-6), 1.0)
     out.deviations[pixel] = deviations
 
@@ -324,9 +325,9 @@ def antialias_kernel(first: int, face: wp.array[int], image: ImageSize, known: P
     frames = motion.frames[pixel]
     if frames == 0:
         return
-    found = interpolated(known.radiance, motion.place[pixel], image)
-    around = surroundings(radiance, pixel, image)
-    before = bounded(found, around, motion.deviations[pixel])
+    found = catmull_rom(known.radiance, motion.place[pixel], image)
+    around = neighbourhood(radiance, pixel, image)
+    before = variance_clipped(found, around, motion.deviations[pixel])
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
         most = wp.min(float(frames + 1), frames_across(around, now.brightness[0], chosen))

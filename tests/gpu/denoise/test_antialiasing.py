@@ -16,13 +16,13 @@ from gpu.core.parameters import parameters
 from gpu.denoise.antialiasing import (
     ANTIALIASING_PARAMETERS,
     AntialiasingParameters,
+    Neighbourhood,
     PictureHistory,
-    Surroundings,
-    bounded,
+    catmull_rom,
     frames_across,
     frames_before,
-    interpolated,
-    surroundings,
+    neighbourhood,
+    variance_clipped,
 )
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData
 from gpu.device_scene.upload import DeviceScene
@@ -158,7 +158,7 @@ def test_contrast_is_that_to_a_tenth_of_the_pictures_mean(room: DeviceScene) -> 
 def frames_across_kernel(first: int, least: wp.array[float], most: float, mean: float, chosen: AntialiasingParameters,
                          out: wp.array[float]) -> None:  # fmt: skip
     index = first + wp.tid()
-    around = Surroundings()
+    around = Neighbourhood()
     around.least = least[index]
     around.most = most
     out[index] = frames_across(around, mean, chosen)
@@ -226,11 +226,11 @@ def test_the_sky_is_found_where_nothing_else_was() -> None:
 def bounded_kernel(first: int, colours: wp.array[wp.vec3], picture: wp.array[wp.vec3], pixel: int, image: ImageSize,
                    deviations: float, out: wp.array[wp.vec3]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = bounded(colours[index], surroundings(picture, pixel, image), deviations)
+    out[index] = variance_clipped(colours[index], neighbourhood(picture, pixel, image), deviations)
 
 
 def bounded_by(around: Doubles, colours: Sequence[float]) -> Doubles:
-    """Greys as far as grey surroundings, (3, 3), let them be."""
+    """Greys as far as grey neighbourhoods, (3, 3), let them be."""
     values = np.zeros((HEIGHT, WIDTH))
     values[19:22, 19:22] = around
     inputs = [grey_values(values), 20 * WIDTH + 20, image_size((WIDTH, HEIGHT)), ANTIALIASING_PARAMETERS.deviations]
@@ -253,7 +253,7 @@ def test_beside_a_lamp_nothing_is_darker_than_all_around() -> None:
 def interpolated_kernel(first: int, picture: wp.array[wp.vec3], places: wp.array[wp.vec2], image: ImageSize,
                         out: wp.array[wp.vec3]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = interpolated(picture, places[index], image)
+    out[index] = catmull_rom(picture, places[index], image)
 
 
 def test_what_varies_by_a_square_is_exact_between_pixels() -> None:
