@@ -12,7 +12,7 @@ from warp.utils import array_sum
 from gpu.adaptive.error_model import Estimate
 from gpu.adaptive.probe_gather import ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
-from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, White, radiance_at, white_of
+from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, WhitePoint, radiance_at, white_of
 from gpu.core.device import allocate, launch
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -96,7 +96,7 @@ class Probes:
         self._frame = wp.zeros(1, dtype=int, device=device)
         self._places = ProbePlaces(size, count, device)
         self._light = ProbeLight(count, device)
-        self._white = White(size[0] * size[1], count, device)
+        self._white = WhitePoint(size[0] * size[1], count, device)
         self._radiance: ProbeRadiance = allocate(ProbeRadiance, count, device)
         self._products = wp.zeros(count, dtype=float, device=device)
         self._errors = wp.zeros(count, dtype=wp.vec2, device=device)

@@ -31,7 +31,7 @@ BINS = (INFINITE >> int(DROPPED_BITS)) + 1
 
 
 @dataclass(frozen=True)
-class WhiteParameters:
+class WhitePointParameters:
     """even: pixels whose radiance tells the picture's, at most; bright_share: of their values those that are below what
     is bright, where the picture is compared with the truth.
     """
@@ -155,20 +155,22 @@ def probe_brightness_kernel(first: int, quantiles: wp.array[float], counts: wp.a
 
 @wp.func
 def white_of(quantiles: wp.array[float], whole: wp.array[wp.vec2]) -> float:
-    """White by what a `White` has found [W/m²/sr]; 0 if the picture is black. quantiles (2,), whole (1,): its."""
+    """White by what a `WhitePoint` has found [W/m²/sr]; 0 if the picture is black. quantiles (2,), whole (1,): its."""
     if not whole[0][0] > 0.0:
         return 0.0
     return quantiles[1] * whole[0][1] / whole[0][0]
 
 
-class White:
+class WhitePoint:
     """White of a picture of `pixels` pixels that `probes` probes look at; its arrays are allocated once.
 
     quantiles (2,), whole (1,): what `white_of` takes; lit (1,), of `even` pixels how many have light.
     """
 
-    def __init__(self, pixels: int, probes: int, device: wp.Device, parameters: WhiteParameters | None = None) -> None:
-        self._device, self._parameters = device, parameters or WhiteParameters()
+    def __init__(
+        self, pixels: int, probes: int, device: wp.Device, parameters: WhitePointParameters | None = None
+    ) -> None:
+        self._device, self._parameters = device, parameters or WhitePointParameters()
         self.even = min(self._parameters.even, pixels)
         self._bins = wp.zeros(BINS, dtype=int, device=device)
         self._bright = wp.zeros(probes, dtype=wp.vec2, device=device)

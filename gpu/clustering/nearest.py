@@ -21,7 +21,7 @@ OTHER_NORMAL = wp.constant(100.0)
 
 
 @wp.struct
-class CellBeside:
+class NeighbourCell:
     """A cell, and how far a point is from it, in cells."""
 
     cell: wp.vec3i
@@ -29,13 +29,13 @@ class CellBeside:
 
 
 @wp.func
-def cell_beside(centre: wp.vec3i, place: wp.vec3, number: int) -> CellBeside:
+def neighbour_cell(centre: wp.vec3i, place: wp.vec3, number: int) -> NeighbourCell:
     """Cell `number`, 0 … 26, of those about a point at `place`, from 0 to 1, in the cell `centre`; nearer ones first.
 
     On each axis comes the centre, then what lies beside the nearer face, then what is opposite.
     """
-    beside = CellBeside()
-    beside.cell = centre
+    found = NeighbourCell()
+    found.cell = centre
     square = float(0.0)
     for axis in range(3):
         step = number % 3
@@ -43,13 +43,13 @@ def cell_beside(centre: wp.vec3i, place: wp.vec3, number: int) -> CellBeside:
         side = wp.where(place[axis] > 0.5, 1, -1)
         near = wp.min(place[axis], 1.0 - place[axis])
         if step == 1:
-            beside.cell[axis] = centre[axis] + side
+            found.cell[axis] = centre[axis] + side
             square += near * near
         elif step == 2:
-            beside.cell[axis] = centre[axis] - side
+            found.cell[axis] = centre[axis] - side
             square += (1.0 - near) * (1.0 - near)
-    beside.gap = wp.sqrt(square)
-    return beside
+    found.gap = wp.sqrt(square)
+    return found
 
 
 @wp.func
@@ -102,7 +102,7 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
             centre = cell_at(position, scale)
             place_in_cell = position * scale - wp.vec3(float(centre[0]), float(centre[1]), float(centre[2]))
             for neighbour in range(27):
-                cell = cell_beside(centre, place_in_cell, neighbour)
+                cell = neighbour_cell(centre, place_in_cell, neighbour)
                 # No metric makes anything nearer than it is, so cells farther than all that was found hold nothing new.
                 if cell.gap > nearest.distance[wp.static(number - 1)] * scale:
                     continue

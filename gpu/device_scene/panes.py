@@ -26,7 +26,7 @@ MOSTLY = wp.constant(0.5)
 
 
 @wp.struct
-class MetSurface:
+class TintedHit:
     """Where a ray ends, after panes that leave `tint` of the light."""
 
     hit: Hit
@@ -82,11 +82,11 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
 
 
 @wp.func
-def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> MetSurface:
+def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
     """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; where
     that is 0, rays cross sheets that are mostly glass, dimmed by what that reflects, and meet the others.
     """
-    met = MetSurface()
+    met = TintedHit()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
     met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
     if scene.pane_count > 0:
@@ -112,7 +112,7 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
 
 
 @wp.func
-def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool, met: MetSurface) -> MetSurface:
+def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool, met: TintedHit) -> TintedHit:
     """The first sheet that a ray crossed before what it `met`, if there is one; the tint is what that reflects."""
     if scene.pane_count > 0:
         pane = first_hit(scene.panes, origin, direction, met.hit.t, cull_backs)

@@ -50,8 +50,8 @@ class ChainSamples:
     """How chains choose.
 
     frame_index (1,): the number of a frame among those that complement each other, whose chains are drawn; LIKELIER,
-    below zero: they take the likelier way, of which two frames alike show the same. splits: where they are not drawn,
-    the first glass shows both ways, each by its share: the likelier, and the other in a chain of its own
+    below zero: they take the likelier branch, of which two frames alike show the same. splits: where they are not
+    drawn, the first glass shows both branches, each by its share: the likelier, and the other in a chain of its own
     (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and through frosted
     glass, too.
     """
@@ -119,25 +119,25 @@ def followed_share(surface: Surface, view: wp.vec3) -> float:
 
 
 @wp.struct
-class FirstWay:
-    """One of the two ways at the first glass: the light's `share` that comes by it, and the number that chooses it."""
+class FirstBranch:
+    """Reflection or refraction at the first glass: the `share` of light by it, and the number that chooses it."""
 
     share: float
     rest: float
 
 
 @wp.func
-def first_way(part: Surface, to_viewer: wp.vec3, rest: float, other: bool) -> FirstWay:
-    """The way that `rest` chooses at glass, or the other one."""
+def first_branch(part: Surface, to_viewer: wp.vec3, rest: float, other: bool) -> FirstBranch:
+    """The branch that `rest` chooses at glass, or the other one."""
     share = glass_fresnel(part, wp.dot(part.normal, to_viewer))
     crosses = rest >= share
-    way = FirstWay()
-    way.rest = rest
+    branch = FirstBranch()
+    branch.rest = rest
     if other:
         crosses = not crosses
-        way.rest = wp.where(crosses, 1.0, 0.0)
-    way.share = wp.where(crosses, 1.0 - share, share)
-    return way
+        branch.rest = wp.where(crosses, 1.0, 0.0)
+    branch.share = wp.where(crosses, 1.0 - share, share)
+    return branch
 
 
 @wp.func
@@ -159,7 +159,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     """Where the camera's ray of `pixel` ends after any mirrors and clear glass. Drawn chains with lobes
     end at a clear coat or at what is below, by chance; to others coats are nothing.
 
-    other: by the way that the first glass leaves out, if samples split; nothing is seen there if there is none.
+    other: by the branch that the first glass leaves out, if samples split; nothing is seen there if there is none.
     """
     if not scene.specular:
         return straight_end(scene, ray)
@@ -229,9 +229,9 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             return end
         if splits and part.glass > 0.0:
             splits = False
-            way = first_way(part, -direction, chosen.rest, other and not part.crossed)
-            chosen.rest = way.rest
-            end.throughput = end.throughput * way.share
+            branch = first_branch(part, -direction, chosen.rest, other and not part.crossed)
+            chosen.rest = branch.rest
+            end.throughput = end.throughput * branch.share
             if largest(end.throughput) <= 0.0:
                 return end
         drawn = wp.vec2(0.5, 0.5)

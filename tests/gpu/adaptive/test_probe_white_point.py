@@ -6,7 +6,7 @@ import warp as wp
 from devices import DEVICES
 from scenes import column
 
-from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, White, WhiteParameters
+from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, WhitePoint, WhitePointParameters
 from gpu.core.device import allocate, choose_device
 from gpu.core.image_size import image_size
 from gpu.core.parameters import parameters
@@ -41,18 +41,18 @@ def found(
     other: np.ndarray,
     counts: np.ndarray,
     frame: int = 0,
-    chosen: WhiteParameters | None = None,
-) -> White:
+    chosen: WhitePointParameters | None = None,
+) -> WhitePoint:
     """What is found with probes' values (probe, 3) and counts (probe,)."""
     device = picture.irradiance.device
-    white = White(WIDTH * HEIGHT, len(render), device, chosen)
+    white = WhitePoint(WIDTH * HEIGHT, len(render), device, chosen)
     radiance = ProbeRadiance()
     radiance.render, radiance.one, radiance.other = (column(array, wp.vec3, device) for array in (render, one, other))
     white.find(column([frame], int, device), picture, column(counts, float, device), radiance)
     return white
 
 
-def value(white: White) -> float:
+def value(white: WhitePoint) -> float:
     """What white is, from what was found."""
     dark, bright = white.whole.numpy()[0].tolist()
     return float(white.quantiles.numpy()[1]) * bright / dark if dark > 0.0 else 0.0
@@ -110,7 +110,7 @@ def test_a_picture_that_is_black_nearly_everywhere_has_no_white(lit: int) -> Non
 
 
 def test_other_pixels_tell_in_other_frames() -> None:
-    few = WhiteParameters(even=500)
+    few = WhitePointParameters(even=500)
     picture = picture_of(np.random.default_rng(3).uniform(size=(WIDTH * HEIGHT, 3)), "cpu")
     probes = np.ones((1, 3))
     seen = [found(picture, probes, probes, probes, np.ones(1), frame, few).quantiles.numpy()[1] for frame in range(40)]
@@ -122,7 +122,7 @@ def test_how_many_pixels_have_light_is_known_to_a_fifth_of_a_percent() -> None:
     """As 65,000 pixels tell it, of which half have light."""
     size = 640, 512
     light = np.random.default_rng(7).integers(0, 2, (size[0] * size[1], 1)) * np.ones(3)
-    picture, white = picture_of(light, "cpu", size=size), White(len(light), 1, choose_device("cpu"))
+    picture, white = picture_of(light, "cpu", size=size), WhitePoint(len(light), 1, choose_device("cpu"))
     radiance, counts, lit = allocate(ProbeRadiance, 1, choose_device("cpu")), column([1.0], float), []
     for frame in range(24):
         white.find(column([frame], int), picture, counts, radiance)
