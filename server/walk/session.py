@@ -218,7 +218,8 @@ class Session:
         """A frame was rendered, after it had waited for its turn."""
         self._losses = 0
         if request.samples is None:
-            self._scaler.observe(done.render_ms, waited_ms)
+            if request.settings == self._settings_id:
+                self._scaler.observe(done.render_ms, waited_ms)
         elif request.view == self._view:
             self._still_ms = done.render_ms
             self._target_frames = done.target

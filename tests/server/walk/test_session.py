@@ -272,11 +272,8 @@ def test_moving_frames_are_video_for_viewers_who_want_and_can_take_it(takes_vide
     desk.rest()
     still = desk.serve()
     assert (still[0].codec, still[1].output) == (Codec.JPEG, "jpeg")
-    if takes_video:
-        assert {(request.codec, job.output) for request, job in moving} == {(Codec.H264, "h264")}
-        assert [job.video for _, job in moving] == [1, 2, 3]
-    else:
-        assert {(request.codec, job.output) for request, job in moving} == {(Codec.JPEG, "jpeg")}
+    expected = (Codec.H264, "h264", [1, 2, 3]) if takes_video else (Codec.JPEG, "jpeg", [0, 0, 0])
+    assert [(one.codec, job.output, job.video) for one, job in moving] == [(*expected[:2], it) for it in expected[2]]
 
 
 def test_a_frame_of_video_says_whether_it_needs_another() -> None:
@@ -343,12 +340,14 @@ def test_a_frame_takes_no_more_samples_than_a_turn(method: Method) -> None:
         desk.rest()
 
 
-def test_slow_frames_are_followed_by_smaller_ones() -> None:
-    desk = Desk(render_ms=300.0)
+def test_slow_frames_are_followed_by_smaller_ones_but_for_those_of_earlier_settings(desk: Desk) -> None:
     desk.session.pose(pose(1))
-    assert desk.serve()[1].size == FULL
-    desk.session.pose(pose(2))
-    assert desk.serve()[1].size < FULL
+    late, _ = desk.take()
+    desk.session.change(1, settings=RenderSettings(seed=2))
+    newest, job = desk.take()
+    for request, is_smaller in ((late, False), (newest, True)):
+        desk.session.delivered(request, Done(1, job.size, 300.0, 1.0, 1, 4, {}, {}, {}), 0.0)
+        assert (desk.session._scaler.size(FULL, RenderSettings()) < FULL) == is_smaller
 
 
 def test_the_window_closes_and_an_acknowledgement_opens_it(desk: Desk) -> None:
