@@ -6,6 +6,7 @@ What is found there is taken for what it says only as far as it is a regular fil
 import logging
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -15,7 +16,7 @@ from server.plain_files import read_plain
 FOLDER = "results"
 RECORD, PICTURE = ".job.json", ".picture"
 MAX_RECORD_BYTES = 65_536
-_NAME = re.compile(r"([0-9a-f]{16})" + re.escape(RECORD))
+_RECORD, _PICTURE = (re.compile(r"([0-9a-f]{16})" + re.escape(it)) for it in (RECORD, PICTURE))
 log = logging.getLogger("lumenwalk.jobs")
 
 
@@ -47,17 +48,24 @@ def save(folder: Path, results: Iterable[tuple[Result, bytes]]) -> int:
 
 
 def take(folder: Path, most_bytes: int) -> list[tuple[Result, bytes]]:
-    """The results in a folder, of so many bytes at most, the oldest first; they are taken from it."""
+    """The results in a folder, of so many bytes at most, the oldest first; they are taken from it, and pictures that
+    were not written to their end go.
+    """
     found: list[tuple[float, Result, bytes]] = []
-    for record in sorted(folder.iterdir()) if folder.is_dir() and not folder.is_symlink() else ():
-        name = _NAME.fullmatch(record.name)
-        if name is None:
+    names = {it.name for it in folder.iterdir()} if folder.is_dir() and not folder.is_symlink() else set()
+    for name in names:
+        if (picture := _PICTURE.fullmatch(name)) and f"{picture[1]}{RECORD}" not in names:
+            with suppress(OSError):
+                (folder / name).unlink()
+    for record in map(folder.joinpath, sorted(names)):
+        known = _RECORD.fullmatch(record.name)
+        if known is None:
             continue
-        picture = record.with_name(f"{name[1]}{PICTURE}")
+        file = record.with_name(f"{known[1]}{PICTURE}")
         try:
             result = Result.model_validate_json(read_plain(record, MAX_RECORD_BYTES))
-            data = read_plain(picture, most_bytes)
-            if result.id != name[1]:
+            data = read_plain(file, most_bytes)
+            if result.id != known[1]:
                 raise ValueError(f"is the record of {result.id}")
             found.append((record.stat().st_mtime, result, data))
             most_bytes -= len(data)
@@ -65,5 +73,5 @@ def take(folder: Path, most_bytes: int) -> list[tuple[Result, bytes]]:
             log.warning("%s is not the result of a job: %s", record, " ".join(str(error).split())[:200])
             continue
         record.unlink(missing_ok=True)
-        picture.unlink(missing_ok=True)
+        file.unlink(missing_ok=True)
     return [(result, data) for _, result, data in sorted(found, key=lambda it: it[0])]

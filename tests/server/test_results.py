@@ -20,6 +20,15 @@ def test_no_more_is_taken_than_may_be_kept(tmp_path: Path) -> None:
     assert len(take(tmp_path, 5)) == 1
 
 
+def test_a_picture_that_was_not_written_to_its_end_goes(tmp_path: Path) -> None:
+    for each in (ONE, TWO):
+        save(tmp_path, [(each, b"picture")])
+    (tmp_path / f"{ONE.id}{RECORD}").unlink()  # which is written last
+    (tmp_path / f"holiday{PICTURE}").write_bytes(b"of somebody")
+    assert take(tmp_path, 100) == [(TWO, b"picture")]
+    assert [it.name for it in tmp_path.iterdir()] == [f"holiday{PICTURE}"]
+
+
 def test_there_may_be_nothing(tmp_path: Path) -> None:
     assert take(tmp_path / "nowhere", 100) == []
 
