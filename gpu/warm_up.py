@@ -75,17 +75,21 @@ def compiles_beside(device: wp.Device) -> bool:
 def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
     """As `warm_up`, but where Warp's cache lacks some of the scene's own kernels, and has all general ones of it, load
     those, and return what is compiled meanwhile: until that is there, `device_scene.generalised()` is to be rendered.
+    Where it lacks both, load what cameras that move and the first frames at rest launch; what refines a mean, of which
+    two kernels take longest of all, is compiled beside, and loaded by the first frame that launches it.
     """
     device, block = device_scene.device, block_of(device_scene.device)
 
     def cached(kernels: set[wp.Kernel]) -> bool:
         return all(is_compiled(kernel, device, block) for kernel in kernels)
 
-    own = frame_kernels(device_scene, settings)
+    own = first = frame_kernels(device_scene, settings)
     if compiles_beside(device) and not cached(own):
         general = frame_kernels(device_scene.generalised(), settings)
         if cached(general):
             load_kernels([*general, *imported_kernels()], device, block)
             return LateKernels(own - general, device, block)
-    load_kernels([*own, *imported_kernels()], device, block)
+        first = frame_kernels(device_scene, settings, averaged=STILL_VIEW_PARAMETERS.smoothed_frames)
+        LateKernels(own - first, device, block)
+    load_kernels([*first, *imported_kernels()], device, block)
     return None

@@ -93,14 +93,24 @@ def host_kernels() -> list[wp.Kernel]:
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
-    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads.
-
-    Those that are made for a scene come first: they trace rays, and a compiler is longest at them.
+    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads: first those of most code,
+    at which a compiler is longest.
     """
-    in_order = sorted(kernels, key=lambda kernel: "__locals__" not in kernel.key)
+    sizes: dict[Any, int] = {}
+    in_order = sorted(kernels, key=lambda kernel: _inlined_size(kernel, sizes), reverse=True)
     modules = list(dict.fromkeys(kernel.module for kernel in in_order))
     if modules:
         wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
+
+
+def _inlined_size(code: wp.Kernel | wp.Function, sizes: dict[Any, int]) -> int:
+    """Characters of the source of a kernel or function with all that it calls, which are counted anew for each function
+    that calls them, as compilers inline them. sizes: of all that were asked for before.
+    """
+    if code not in sizes:
+        called = [other for other in code.adj.get_references()[2] if not other.is_builtin()]
+        sizes[code] = len(code.adj.source) + sum(_inlined_size(other, sizes) for other in called)
+    return sizes[code]
 
 
 def compile_for(kernels: Iterable[wp.Kernel], architecture: int, block: int) -> None:

@@ -9,6 +9,7 @@ from scenes import box, grey, quad, resident_of
 
 import gpu.warm_up as module
 from gpu.core import device as launches
+from gpu.correction.bias_compensation import bias_compensation_kernel
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
@@ -18,7 +19,7 @@ from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
-from gpu.warm_up import frame_kernels, warm_up, warm_up_for, warm_up_soon, warm_up_still
+from gpu.warm_up import AVERAGED, frame_kernels, warm_up, warm_up_for, warm_up_soon, warm_up_still
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
@@ -93,6 +94,16 @@ def test_kernels_compiled_for_gpus_are_those_of_gpus(cpu: str, monkeypatch: pyte
     assert direct_light_kernel(here, False) not in compiled
 
 
+def test_what_takes_longest_to_compile_is_not_launched_by_the_first_frames() -> None:
+    device_scene = DeviceScene(BUILTIN["cornell-box"](), "cpu").as_on_gpus()
+    all_, first = (
+        frame_kernels(device_scene, SETTINGS, averaged=averaged)
+        for averaged in (AVERAGED, STILL_VIEW_PARAMETERS.smoothed_frames)
+    )
+    assert first < all_
+    assert bias_compensation_kernel(device_scene.features(lambertian=False)) in all_ - first
+
+
 def test_a_scene_that_sends_no_light_on_has_kernels() -> None:
     unlit = resident_of(box(), [replace(grey(0.5), unlit=True)], sky=Sky((1.0, 1.0, 1.0)))
     assert len(frame_kernels(unlit, SETTINGS)) > 20
@@ -122,11 +133,12 @@ def test_general_kernels_stand_in_where_they_are_compiled_and_own_ones_are_not(
     cpu: str, monkeypatch: pytest.MonkeyPatch, *, own: bool, general: bool, beside: bool, stands_in: bool
 ) -> None:
     device_scene = DeviceScene(BUILTIN["cornell-box"](), cpu)
-    compiled = {"common", *(["own"] * own), *(["general"] * general)}
+    compiled = {"common", "refining", *(["own"] * own), *(["general"] * general)}
     loaded, late = list[str](), list[str]()
 
-    def kernels(scene: DeviceScene, _: RenderSettings) -> set[str]:
-        return {"common", "general" if scene.general else "own"}
+    def kernels(scene: DeviceScene, _: RenderSettings, averaged: int = AVERAGED) -> set[str]:
+        kernels = {"common", "general" if scene.general else "own"}
+        return kernels if averaged < AVERAGED else {*kernels, "refining"}
 
     monkeypatch.setattr(module, "compiles_beside", lambda _: beside)
     monkeypatch.setattr(module, "is_compiled", lambda kernel, *_: kernel in compiled)
@@ -135,5 +147,6 @@ def test_general_kernels_stand_in_where_they_are_compiled_and_own_ones_are_not(
     monkeypatch.setattr(module, "load_kernels", lambda kernels, *_: loaded.extend(kernels))
     monkeypatch.setattr(module, "LateKernels", lambda kernels, *_: late.extend(kernels) or "late")
     assert warm_up_soon(device_scene, SETTINGS) == ("late" if stands_in else None)
-    assert set(loaded) == {"common", "general" if stands_in else "own"}
-    assert late == ["own"] * stands_in
+    waits = beside and not (own or general)
+    assert set(loaded) == {"common", "general" if stands_in else "own", *(["refining"] * (not waits))}
+    assert late == ["own"] * stands_in + ["refining"] * waits

@@ -53,13 +53,29 @@ def test_modules_are_loaded_once_each_side_by_side(monkeypatch: pytest.MonkeyPat
     assert asked == [([iota_kernel.module], block, kernel_loading.WORKERS) for block in (1, 128)]
 
 
-def test_what_is_made_for_a_scene_is_compiled_first(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
-    """It takes longest, and whatever else there is has its turn meanwhile."""
+def test_what_has_most_code_with_all_it_calls_is_compiled_first(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
+    @wp.func
+    def long(x: int) -> int:
+        return x * 7919 + x * 7907 + x * 7901 + x * 7883 + x * 7879 + x * 7877 + x * 7873 + x * 7867 + x * 7853
+
+    @wp.func
+    def caller(x: int) -> int:
+        return long(x)
+
+    @wp.kernel(module="unique")
+    def caller_kernel(out: wp.array(dtype=int)) -> None:
+        out[0] = caller(1)
+
+    @wp.kernel(module="unique")
+    def itself_kernel(out: wp.array(dtype=int)) -> None:
+        out[0] = 1
+        out[1] = 2
+        out[2] = 3
+
     asked: list[wp.Module] = []
     monkeypatch.setattr(wp, "force_load", lambda _, modules, **__: asked.extend(modules))
-    own = new_kernel()
-    load_kernels([iota_kernel, own], wp.get_device(cpu), 1)
-    assert asked == [own.module, iota_kernel.module]
+    load_kernels([itself_kernel, caller_kernel], wp.get_device(cpu), 1)
+    assert asked == [caller_kernel.module, itself_kernel.module]
 
 
 def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
 import gc
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +9,8 @@ import warp as wp
 from guards import guarded
 from scenes import box, grey, quad, resident_of
 
+from gpu.core.kernel_loading import noted_kernels
+from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods import passes
@@ -57,6 +60,35 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
     for _ in range(2):
         names = list(renderer.render(CAMERA, walks=True).stats.stage_ms)
         assert names == [name for name in [*told, "display"] if name in names]
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_a_stage_launches_no_kernel_that_its_first_run_did_not(
+    room: DeviceScene, method: Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a graph would be captured while a kernel is loaded, which a GPU refuses."""
+    launched: dict[Hashable, set[wp.Kernel]] = {}
+
+    def run(_: Stages, work: Callable[[], None]) -> float:
+        kernels.clear()
+        work()
+        return 0.0
+
+    def note(_: Stages, key: Hashable) -> None:
+        assert kernels <= launched.setdefault(key, set(kernels))
+
+    def run_untimed(stages: Stages, work: Callable[[], None], *, branch: Hashable = None) -> None:
+        run(stages, work)
+        note(stages, branch)
+
+    for name, stand_in in (("_duration", run), ("_note", note), ("run_untimed", run_untimed)):
+        monkeypatch.setattr(Stages, name, stand_in)
+    settings = RenderSettings.model_validate({**FUZZY, "method": method, "sp_clusters": 16, "vpl_clusters": 16})
+    with noted_kernels() as kernels:
+        renderer, mean = Renderer(room, (48, 36), settings), Accumulation(48 * 36, room.device)
+        for walks in (True, True, True, *[False] * 8, True, True):
+            renderer.render(CAMERA, None if walks else mean, walks=walks)
+    assert len(launched) > 1
 
 
 @pytest.mark.parametrize(
