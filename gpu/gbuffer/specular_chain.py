@@ -22,7 +22,7 @@ from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.gbuffer.camera_rays import CameraRay
 from gpu.lights.background import background
-from gpu.sampling.sobol import sobol_pair_at
+from gpu.sampling.sobol import hashed, sobol_pair_at
 
 
 @dataclass(frozen=True)
@@ -50,20 +50,22 @@ class ChainSamples:
     """How chains choose.
 
     frame_index (1,): the number of a frame among those that complement each other, whose chains are drawn; LIKELIER,
-    below zero: they take the likelier branch, of which two frames alike show the same. splits: where they are not
-    drawn, the first glass shows both branches, each by its share: the likelier, and the other in a chain of its own
-    (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and through frosted
-    glass, too.
+    below zero: they take the likelier branch, of which two frames alike show the same. seed: of what is drawn. splits:
+    where they are not drawn, the first glass shows both branches, each by its share: the likelier, and the other in a
+    chain of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and
+    through frosted glass, too.
     """
 
     frame_index: wp.array[int]
+    seed: int
     splits: bool
     lobes: bool
 
 
-def chain_samples(device: wp.Device, frame_index: int = LIKELIER) -> ChainSamples:
+def chain_samples(device: wp.Device, frame_index: int = LIKELIER, seed: int = 0) -> ChainSamples:
     """The struct of these, on a device."""
     samples = ChainSamples()
+    samples.seed = seed
     samples.frame_index = wp.full(1, frame_index, dtype=int, device=device)
     return samples
 
@@ -107,7 +109,7 @@ def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
     """The number in [0, 1) by which a chain chooses at a vertex; at one half it takes what is likelier."""
     if samples.frame_index[0] < 0:
         return 0.5
-    return sobol_pair_at(place, samples.frame_index[0], CHAIN_PAIR + vertex, 0).x
+    return sobol_pair_at(place, samples.frame_index[0], CHAIN_PAIR + vertex, samples.seed).x
 
 
 @wp.func
@@ -175,7 +177,8 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     shows = bool(True)
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.frame_index[0] >= 0:
-            scene.coverage = ray_coverage(place, vertex, samples.frame_index[0])
+            seed = int(hashed(wp.uint32(samples.seed))) ^ samples.frame_index[0]
+            scene.coverage = ray_coverage(place, vertex, seed)
         if vertex == CHAIN_VERTICES:
             scene.pane_count = 0
             shows = False
@@ -236,7 +239,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
                 return end
         drawn = wp.vec2(0.5, 0.5)
         if samples.lobes:
-            pair = sobol_pair_at(place, samples.frame_index[0], DIRECTION_PAIR + vertex, 0)
+            pair = sobol_pair_at(place, samples.frame_index[0], DIRECTION_PAIR + vertex, samples.seed)
             drawn = wp.vec2(pair.x, pair.y)
         # Nothing else finds emitters and the sky in mirrors and behind frosted glass; those of other lobes are direct
         # light of chains that do not go on.

@@ -174,7 +174,7 @@ class Passes:
         self._splits = whole and frame.reads_radiosity and frame.features.specular
         # So do lobes that a chain goes on in.
         self._draws_lobes = whole and frame.gloss is not None
-        frame.chain_samples.splits = self._splits
+        frame.chain_samples.splits, frame.chain_samples.seed = self._splits, self._settings.seed
         # Shadow maps know light's first bounce alone.
         bounces = 1 if self._settings.method is Method.RSM_DISKS else setup.bounces
         sent = setup.light_sets.table, frame.features, bounces

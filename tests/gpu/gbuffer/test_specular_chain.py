@@ -25,13 +25,19 @@ SLANTED = look_at((0.3, 0.2, 0.4), (-0.1, 0.0, -0.1), yfov_degrees=30.0)
 
 
 def look(
-    device_scene: DeviceScene, camera: Camera, moment: int = LIKELIER, *, lambertian: bool = False, lobes: bool = False
+    device_scene: DeviceScene,
+    camera: Camera,
+    moment: int = LIKELIER,
+    *,
+    lambertian: bool = False,
+    lobes: bool = False,
+    seed: int = 0,
 ) -> dict[str, Doubles]:
     """The G-buffer's arrays, each (pixel, …)."""
     pixels = SIZE[0] * SIZE[1]
     gbuffer = allocate(GBuffer, pixels, device_scene.device)
     scene, data = device_scene.view(lambertian=lambertian), camera_of(device_scene, camera, SIZE)
-    gbuffer.chains, samples = True, chain_samples(device_scene.device, moment)
+    gbuffer.chains, samples = True, chain_samples(device_scene.device, moment, seed)
     samples.lobes = lobes
     trace_primary_rays(scene, data, SIZE, gbuffer, samples)
     return {name: getattr(gbuffer, name).numpy().astype(float) for name in GBuffer.vars if name not in FLAGS}
@@ -115,6 +121,14 @@ def test_drawn_chains_reflect_as_often_as_glass_does() -> None:
     one = face_fresnel(look(device_scene, SLANTED, lambertian=True)["to_camera"][:, 2])
     assert np.mean(np.array(found) > 0.5) == pytest.approx(np.mean(2.0 * one / (1.0 + one)), rel=0.03)
     assert all((look(device_scene, SLANTED)["albedo"][:, 0] < 0.5).tolist())
+
+
+def test_chains_of_other_seeds_are_drawn_otherwise() -> None:
+    device_scene = resident_of([*slab(), wall(-0.6), wall(0.6, 2)], [GLASS, grey(0.2), grey(0.8)])
+    drawn, other, again = (look(device_scene, SLANTED, 0, seed=seed)["albedo"] for seed in (0, 1, 0))
+    assert drawn.tobytes() == again.tobytes() != other.tobytes()
+    likelier = (look(device_scene, SLANTED, seed=seed)["albedo"].tobytes() for seed in (0, 1))
+    assert len(set(likelier)) == 1
 
 
 def test_panes_are_crossed_dimmed_or_met_by_chance() -> None:

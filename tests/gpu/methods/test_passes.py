@@ -5,8 +5,9 @@ from frame_view import FrameView
 from scenes import box, column, grey, resident_of
 
 from gpu.methods.passes import frame_kind, frame_seed, light_samples
+from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.settings import RenderSettings
+from gpu.settings import Method, RenderSettings
 
 SIZE = (12, 8)
 
@@ -55,3 +56,10 @@ def test_later_frames_of_a_still_view_have_four_light_samples_or_more() -> None:
 def test_frames_have_seeds_of_their_own_and_the_first_has_that_of_the_settings() -> None:
     assert frame_seed(5, 0) == 5
     assert len({frame_seed(5, number) for number in range(1000)}) == 1000
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PHOTON_GATHER, Method.RSM_DISKS])
+def test_chains_are_drawn_by_the_seed_of_the_settings(method: Method) -> None:
+    settings = RenderSettings(method=method, seed=7, vpls=64, vpl_clusters=8, sp_clusters=8, photons=1000)
+    renderer = Renderer(resident_of(box(), [grey(0.5, emission=1.0)]), SIZE, settings)
+    assert renderer._method._frame.chain_samples.seed == 7  # type: ignore[attr-defined]
