@@ -60,7 +60,7 @@ def clear_coat_kernel(features: SceneFeatures) -> wp.Kernel:
         light = wp.vec3(0.0, 0.0, 0.0)
         if known.direct:
             light = delta_light(scene, known.table, coat, view)
-            own = samples_by_power(place, frame_index, samples.count, samples.seed)
+            own = samples_by_power(place, frame_index * samples.count, samples.count, samples.seed)
             light += area_light(scene, known.table, coat, view, own)
         point = sobol_pair_at(place, frame_index, LOBE_PAIR, samples.seed)
         lobe = sample_lobe(coat, view, point.x, point.y)

@@ -26,8 +26,11 @@ def room(coat_roughness: float) -> DeviceScene:
     return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated, *RARE]).generalised()
 
 
-def shown(coat_roughness: float, *, direct: bool) -> tuple[Doubles, Doubles]:
-    """Of each pixel of the plate: what the coat leaves of what is below, and what it adds, in parts of the light."""
+def shown(coat_roughness: float, *, direct: bool, count: int = 4, number: int = 0) -> tuple[Doubles, Doubles]:
+    """Of each pixel of the plate: what the coat leaves of what is below, and what it adds, in parts of the light.
+
+    count: samples of direct light; number: of the frame.
+    """
     device_scene = room(coat_roughness)
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
@@ -36,7 +39,8 @@ def shown(coat_roughness: float, *, direct: bool) -> tuple[Doubles, Doubles]:
     view.set_camera(CAMERA)
     view.find_shading_points()
     frame, known = view.frame, known_light(lights.table, cache, direct=direct)
-    samples = direct_samples(4, frame.frame_index, 0)
+    frame.frame_index.fill_(number)
+    samples = direct_samples(count, frame.frame_index, 0)
     add_clear_coat(frame.scene, SIZE, frame.gbuffer, known, samples, view.radiance, frame.features)
     return frame.gbuffer.throughput.numpy()[:, 0].astype(float), view.radiance.numpy()[:, 0] * np.pi / 2.0
 
@@ -49,3 +53,15 @@ def test_a_coat_shows_what_it_takes_from_below(roughness: float) -> None:
     assert coat.mean() == pytest.approx(1.0 - below.mean(), rel=0.05)
     below, coat = shown(roughness, direct=False)
     assert coat.mean() == pytest.approx((1.0 - below.mean()) / 2.0, rel=0.05)
+
+
+def test_frames_have_samples_of_direct_light_of_their_own() -> None:
+    """The second frame of two samples has the third and the fourth."""
+
+    def direct_light(count: int, number: int) -> Doubles:
+        whole, indirect = (shown(0.3, direct=direct, count=count, number=number)[1] for direct in (True, False))
+        return whole - indirect
+
+    both = (direct_light(1, 2) + direct_light(1, 3)) / 2.0
+    assert direct_light(2, 1) == pytest.approx(both, abs=1e-5)
+    assert not np.allclose(direct_light(1, 2), direct_light(1, 3), atol=1e-2)
