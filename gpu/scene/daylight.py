@@ -45,9 +45,17 @@ def daylight(height: float, bearing: float) -> Floats:
     Its unit is such that a level surface gets π from the sky of a sun overhead, as from one of radiance 1. The same
     sun has the same array, so that it is known to be the same.
     """
-    pixels = np.asarray(_radiance(height, bearing) * (pi / _irradiance(_radiance(90.0, 0.0)).mean()), np.float32)
+    pixels = np.asarray(_radiance(height, bearing) * (pi / level_irradiance(_radiance(90.0, 0.0)).mean()), np.float32)
     pixels.setflags(write=False)
     return pixels
+
+
+def level_irradiance(picture: Doubles | Floats) -> Doubles:
+    """Of a level surface under the upper half of an equirectangular `picture` (row, column, 3), (3,)."""
+    rows = len(picture)
+    ends = np.minimum(np.arange((rows + 1) // 2 + 1) * (pi / rows), pi / 2.0)
+    shares = pi * np.diff(np.sin(ends) ** 2)  # of rows: cosine by solid angle
+    return np.asarray((picture[: len(shares)].mean(axis=1, dtype=np.float64) * shares[:, None]).sum(axis=0))
 
 
 def _radiance(height: float, bearing: float) -> Doubles:
@@ -69,7 +77,7 @@ def _radiance(height: float, bearing: float) -> Doubles:
     xyz = np.stack([x / y, np.ones_like(x), (1.0 - x - y) / y], axis=-1) * luminance[..., None]
     sky = np.maximum(xyz @ _TO_RGB.T, 0.0)
     picture = np.concatenate([sky, np.zeros_like(sky)])
-    picture[rows // 2 :] = _GROUND / pi * _irradiance(picture)
+    picture[rows // 2 :] = _GROUND / pi * level_irradiance(picture)
     return np.asarray(picture * _TWILIGHT ** max(min(height, 0.0), _DARK))
 
 
@@ -83,10 +91,3 @@ def _perez(five: Doubles, up: Doubles, away: Doubles) -> Doubles:
     """Perez' formula of its five coefficients; up: cosine of the angle from the zenith; away: angle from the sun."""
     a, b, c, d, e = five
     return np.asarray((1.0 + a * np.exp(b / up)) * (1.0 + c * np.exp(d * away) + e * np.cos(away) ** 2))
-
-
-def _irradiance(picture: Doubles) -> Doubles:
-    """Of a level surface under the upper half of `picture`, (3,)."""
-    ends = np.linspace(0.0, pi / 2.0, HEIGHT // 2 + 1)
-    shares = pi * np.diff(np.sin(ends) ** 2)  # of rows: cosine by solid angle
-    return np.asarray((picture[: HEIGHT // 2].mean(axis=1) * shares[:, None]).sum(axis=0))

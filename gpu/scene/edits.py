@@ -8,7 +8,7 @@ of the same scene always are the same scene, whatever came before.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from math import hypot
+from math import hypot, pi
 from operator import is_
 from typing import Annotated
 
@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
-from gpu.scene.daylight import daylight
+from gpu.scene.daylight import daylight, level_irradiance
 from gpu.scene.floats import triple
 from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, with_objects
@@ -33,7 +33,6 @@ AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
 DATED = (LightForm.DIRECTIONAL, LightForm.SKY)
 Box = tuple[Sequence[float], Sequence[float]]
 _LEVEL = 5.0 / 6.0  # of what an even sky would send to level ground, a Sky does
-_EVERY = 16  # of a picture's rows and columns, which tell its mean
 _BOX_TOLERANCE = 1e-4  # of the scene's largest extent, by which what is moved may leave its box
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
@@ -351,7 +350,7 @@ def _sky_of_date(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:
     if isinstance(sky, Sky):
         level = _LEVEL * float(np.mean(sky.radiance))
     else:
-        level = float(np.mean(sky.tint) * sky.pixels[: len(sky.pixels) // 2 : _EVERY, ::_EVERY].mean(dtype=np.float64))
+        level = float(np.mean(sky.tint * level_irradiance(sky.pixels))) / pi
     azimuth, height = sun
     return Environment("daylight", daylight(height, azimuth + (edit.north or 0.0)), tint=(level, level, level))
 

@@ -137,6 +137,27 @@ def test_a_sky_is_that_of_its_date_as_bright_as_the_files_with_the_sun_overhead(
     assert dated.tint == pytest.approx((3.0, 3.0, 3.0))
 
 
+@pytest.mark.parametrize(("row", "column"), [(0, 0), (0, 16), (8, 8), (15, 63)])
+def test_a_sky_of_a_date_is_as_bright_as_a_picture_lights_the_ground(scene: Scene, row: int, column: int) -> None:
+    """Whatever the picture shows where: what is high counts more, and what is below the horizon nothing."""
+    picture = np.full((32, 64, 3), 1.0, np.float32)
+    picture[16:] = 100.0
+    picture[row, column] = 1000.0
+    edges = np.cos(2.0 * np.pi * np.arange(33) / 32.0) / 4.0  # of rows: minus the integral of cosine by solid angle
+    expected = 1.0 + 999.0 * 2.0 * (edges[row] - edges[row + 1]) / 64.0
+    noon = edits_of(lights={"sky": {"date": "2024-03-20T12:07:00Z", "place": [0.0, 0.0]}})
+    dated = edited(replace(scene, sky=Environment("sun", picture)), noon).sky
+    assert isinstance(dated, Environment)
+    assert dated.tint == pytest.approx((expected,) * 3)
+
+
+def test_a_picture_of_one_row_is_a_sky_to_a_date(scene: Scene) -> None:
+    noon = edits_of(lights={"sky": {"date": "2024-03-20T12:07:00Z", "place": [0.0, 0.0]}})
+    dated = edited(replace(scene, sky=Environment("even", np.full((1, 2, 3), 2.0, np.float32))), noon).sky
+    assert isinstance(dated, Environment)
+    assert dated.tint == pytest.approx((2.0, 2.0, 2.0))
+
+
 @pytest.mark.parametrize(
     ("objects", "words"),
     [
