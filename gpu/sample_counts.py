@@ -77,7 +77,7 @@ PIXELS_A_CLUSTER = 28
 
 @dataclass(frozen=True)
 class QualityFactors:
-    """How many times as many clusters, VPLs and photons, and frames averaged, a quality has."""
+    """How many times as many clusters, VPLs, photons and paths, and frames averaged, a quality has."""
 
     counts: float
     frames: float
@@ -105,7 +105,8 @@ def sample_counts_of(settings: RenderSettings, device: Device, pixels: int | Non
     usual = usual_counts(settings.quality, cuda=device.is_cuda)
     if pixels is not None and device.is_cuda and settings.method.corrects_clusters:
         usual = replace(usual, sp_clusters=min(usual.sp_clusters, max(pixels // PIXELS_A_CLUSTER, 1)))
-    samples = PATHS if settings.method.refines_by_samples else usual.samples
+    paths = int(QUALITY_FACTORS[settings.quality].counts * PATHS)
+    samples = paths if settings.method.refines_by_samples else usual.samples
     return SampleCounts(
         sp_clusters=settings.sp_clusters or usual.sp_clusters,
         vpls=settings.vpls or usual.vpls,

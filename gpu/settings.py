@@ -104,7 +104,8 @@ class RenderSettings(BaseModel):
     )
     quality: Quality = Field(
         Quality.BALANCED,
-        description="a quarter, or twice, of all counts that are left open; of frames an eighth, or four times",
+        description="a quarter, or twice, of all counts that are left open, but for light samples; of frames an "
+        "eighth, or four times",
     )
     component: Component = Field(Component.FULL, description="which part of the light is in the picture")
     sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")

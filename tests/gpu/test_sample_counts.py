@@ -31,6 +31,15 @@ def test_a_quality_has_more_or_less_of_what_is_left_open(quality: Quality, cuda:
     assert usual_counts(quality, cuda=cuda) == counts
 
 
+@pytest.mark.parametrize(("quality", "factor"), [(Quality.DRAFT, 0.25), (Quality.BALANCED, 1.0), (Quality.BEST, 2.0)])
+def test_paths_are_of_a_quality_and_light_samples_are_not(quality: Quality, factor: float) -> None:
+    cpu = wp.get_device("cpu")
+    paths, light = (RenderSettings(method=method, quality=quality) for method in (Method.PATH, Method.FUZZY_VPL))
+    assert sample_counts_of(paths, cpu).samples == factor * PATHS
+    assert sample_counts_of(paths.model_copy(update={"samples": 7}), cpu).samples == 7
+    assert sample_counts_of(light, cpu).samples == ON_CPU.samples
+
+
 def test_what_the_user_counts_is_of_no_quality() -> None:
     counts = sample_counts_of(RenderSettings(quality=Quality.DRAFT, vpls=77, frames=9), wp.get_device("cpu"))
     assert (counts.vpls, counts.frames, counts.sp_clusters) == (77, 9, ON_CPU.sp_clusters // 4)
