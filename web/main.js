@@ -191,9 +191,13 @@ function projection() {
   return new Projection(camera, { yfov: viewport.fov, near: viewport.near, width, height });
 }
 
+/** Counts what was asked for: of two clicks the later one counts, whichever is answered first. */
+let picks = 0;
+
 /** Chooses what is at a place of the picture, its middle unless told. @param {number} [x] [CSS px] @param {number} [y] */
 async function choose(x, y) {
   if (!scene) return;
+  const number = ++picks;
   const { width, height } = canvas.getBoundingClientRect();
   const [columns, rows] = viewport.size;
   const size = /** @type {[number, number]} */ ([columns, rows]);
@@ -201,12 +205,12 @@ async function choose(x, y) {
   const view = { scene, edits: mixer.ownEdits, matrix: camera.matrix(), yfov: viewport.fov, near: viewport.near, size };
   try {
     const part = await pick(api, view, pixel);
-    if (scene !== view.scene) return;
+    if (scene !== view.scene || number !== picks) return;
     if (mixer.allowed) mixer.pick(part);
     notice.say(partWords(part));
   } catch (error) {
     if (!(error instanceof PickError)) throw error;
-    notice.complain(error.message);
+    if (number === picks) notice.complain(error.message);
   }
 }
 

@@ -1,12 +1,13 @@
 """What is in the picture, in a real browser: clicked, dragged along an axis, moved by keys, undone, seen by others."""
 
+import re
 from contextlib import closing
 from typing import Any
 
 import pytest
 from harness import Running
 from looking import wait_for
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 from staged import LAMP, Stage
 
 CHAIR = {"id": "chair", "box": {"min": [-0.1, -0.1, -0.9], "max": [0.1, 0.1, -0.7]}}
@@ -50,6 +51,20 @@ def test_a_click_chooses_what_is_there(page: Page, stage: Stage) -> None:
     expect(page.get_by_label("Material", exact=True)).to_have_value("wall")
     expect(page.locator("#toast")).to_have_text("chair, wall: 0.7 m away")
     assert stage.all("edit") == []
+
+
+def test_of_two_clicks_the_later_one_counts(page: Page, stage: Stage) -> None:
+    asked: list[Route] = []
+    page.route(re.compile("/pick$"), lambda route: asked.append(route))
+    page.mouse.click(*CHAIR_AT)
+    wait_for(page, lambda: len(asked) == 1)
+    page.mouse.click(*LAMP_AT)
+    wait_for(page, lambda: len(asked) == 2)
+    for route, object_ in zip(reversed(asked), ("chair", None), strict=True):
+        route.fulfill(json={"object": object_, "material": None, "light": None, "point": None, "distance": None})
+        page.wait_for_timeout(100)
+    expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
+    expect(page.locator("#toast")).to_have_text("chair")
 
 
 def test_a_drag_chooses_nothing(page: Page, stage: Stage) -> None:
