@@ -12,6 +12,8 @@ export class Changes {
   /** Frames that name a lower id are from before the newest change that the server took. */
   #expected = 0;
   #waits = false;
+  /** The last one sent. @type {Change} */
+  #sent = {};
   /** What came meanwhile. @type {Change | null} */
   #next = null;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -38,10 +40,12 @@ export class Changes {
     if (id >= this.#expected) this.#answered();
   }
 
-  /** The server refused what it was asked for, so that no frame will name it. */
+  /** The server refused what it was asked for, so that no frame will name it. @returns {Change} that, as far as can be told */
   refused() {
+    const refused = this.#sent;
     this.#expected = 0;
     this.#answered();
+    return refused;
   }
 
   /** A new connection, whose hello said all. */
@@ -50,6 +54,7 @@ export class Changes {
     this.#id = 0;
     this.#expected = 0;
     this.#waits = false;
+    this.#sent = {};
     this.#next = null;
   }
 
@@ -65,6 +70,7 @@ export class Changes {
     this.#next = null;
     this.#waits = true;
     this.#expected = ++this.#id;
+    this.#sent = change;
     this.#send(this.#id, change);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#answered(), PATIENCE);

@@ -367,9 +367,7 @@ function refused({ code, message }) {
   if (session.scene === null) return;
   connectionStatus.picture();
   sceneSelect.value = session.scene.id;
-  // After a failed change of scene the server waits for a pose again.
-  poses.forget();
-  wake();
+  wake(); // the camera may have gone on meanwhile
 }
 
 // --- what the user does ----------------------------------------------------------------------------------------------

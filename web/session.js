@@ -126,7 +126,7 @@ export class Session {
 
   /** @param {import("./connection.js").ConnectionState} state */
   #connectionState(state) {
-    this.scene = null;
+    this.scene = this.#previous = null;
     this.#sentAt.clear();
     if (state.state === "open") {
       this.#epoch += 1;
@@ -165,11 +165,16 @@ export class Session {
         return this.#events.status(message);
       case "error":
         if (message.code === "edit-refused") return this.#events.error(message);
-        this.#changes.refused();
-        if (message.code === "limit" || message.code === "bad-message") this.#wanted = { ...this.#granted };
-        if (message.code === "unknown-scene" || message.code === "scene-failed") this.#giveUpScene();
+        this.#refused(message.code, this.#changes.refused());
         return this.#events.error(message);
     }
+  }
+
+  /** @param {import("./protocol.js").ServerError["code"]} code @param {Change} change  of which nothing was taken, if the code says so */
+  #refused(code, change) {
+    const whole = code === "limit" || code === "bad-message";
+    if (whole) this.#wanted = { ...this.#granted };
+    if (code === "unknown-scene" || code === "scene-failed" || (whole && change.scene !== undefined)) this.#giveUpScene();
   }
 
   /** A change of scene failed: the server goes on with the one before. */

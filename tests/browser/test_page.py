@@ -6,6 +6,7 @@ import signal
 from pathlib import Path
 
 import pytest
+import staged
 from harness import Running, run
 from looking import edges_of, hold, overlapping, pixel, rest, wait_for, walk
 from playwright.sync_api import Page, expect
@@ -246,3 +247,40 @@ def test_what_takes_a_while_is_told_beside_statistics_and_sheets(
     assert overlapping({name: edges_of(page, name) for name in names}) == []
     page.keyboard.press("KeyG")
     assert overlapping({name: edges_of(page, name) for name in [*names, "mixer"]}) == []
+
+
+def test_a_link_whose_settings_are_refused_leaves_the_viewer_in_the_scene_before(
+    page: Page, gradients: Running
+) -> None:
+    stage = staged.visit(page, gradients)
+    page.evaluate("location.hash = 'scene=hall.glb&vpls=65536'")
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene") == "hall.glb")
+    stage.say("error", code="limit", message="settings.vpls: too many")
+    expect(page.locator("#toast")).to_have_text("settings.vpls: too many")
+    expect(page.locator("#scene")).to_have_value("cornell-box")
+    expect(page.locator("#notice")).to_be_hidden()
+    poses = len(stage.all("pose"))
+    walk(page, "KeyD", lambda: len(stage.all("pose")) > poses)
+
+
+def test_waits_for_nothing_after_a_refusal(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    expect(page.locator("#phase")).to_have_text("sharp 4/4")
+    page.evaluate("location.hash = 'scene=nowhere'")
+    expect(page.locator("#toast")).to_contain_text("nowhere")
+    page.wait_for_timeout(1000)  # a picture that is owed is late by then
+    assert page.locator("body[data-busy]").count() == 0
+
+
+def test_a_scene_of_the_connection_before_is_not_gone_back_to(page: Page, gradients: Running) -> None:
+    stage = staged.visit(page, gradients)
+    page.locator("#scene").select_option("hall.glb")
+    stage.hear("settings", 2)
+    stage.scene("hall.glb")
+    stage.hear("pose", 2)
+    stage.close(1012)
+    wait_for(page, lambda: stage.connections == 2)
+    stage.welcome()
+    stage.say("error", code="scene-failed", message="hall.glb is gone")
+    expect(page.locator("#notice")).to_contain_text("hall.glb is gone")
+    assert stage.all("pose") == []

@@ -42,7 +42,7 @@ test("a frame is current when it has all that was asked for", () =>
 test("a refusal answers, and changes nothing", () =>
   withChanges((changes, sent) => {
     changes.ask({ size: [10, 10] });
-    changes.refused();
+    assert.deepEqual(changes.refused(), { size: [10, 10] });
     assert.ok(changes.isCurrent(0));
     changes.ask({ size: [20, 20] });
     assert.equal(sent.length, 2);
