@@ -142,6 +142,20 @@ def test_what_is_dragged_about_an_axis_turns(page: Page, stage: Stage) -> None:
     hears(stage, {"objects": {"chair": {"rotation": [0, 0, 5]}}})
 
 
+def test_what_a_field_cannot_have_is_not_sent_with_the_others_and_goes(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    page.get_by_label("turned about X").fill("400")
+    page.get_by_label("turned about Y").fill("30")
+    hears(stage, {"objects": {"chair": {"rotation": [0, 30, 0]}}})
+    expect(page.get_by_label("turned about X")).to_have_value("0")
+    page.get_by_label("turned about Z").fill("358")
+    page.get_by_label("turned about Z").press("ArrowUp")
+    expect(page.get_by_label("turned about Z")).to_have_value("358")
+    page.get_by_label("moved along X").fill("2e9")
+    page.wait_for_timeout(100)
+    hears(stage, {"objects": {"chair": {"rotation": [0, 30, 358]}}})
+
+
 def test_what_is_dragged_by_its_grip_is_made_larger(page: Page, stage: Stage) -> None:
     page.mouse.click(*CHAIR_AT)
     page.get_by_label("Size", exact=True).check()
@@ -170,6 +184,12 @@ def test_a_sun_is_turned_where_the_viewer_looks(page: Page, stage: Stage) -> Non
     expect(page.get_by_label("elevation [°] of sun")).to_have_value("0")
     page.get_by_label("azimuth [°] of sun").fill("90")
     hears(stage, {"lights": {"sun": {"direction": [1, 0, 0]}}})
+    page.get_by_label("azimuth [°] of sun").select_text()
+    page.keyboard.type("269.5")  # which is -90.5°, and is 269 on the way
+    hears(stage, {"lights": {"sun": {"direction": [-0.999962, 0, 0.008727]}}})
+    expect(page.get_by_label("azimuth [°] of sun")).to_have_value("269.5")
+    page.keyboard.press("Control+z")
+    expect(page.get_by_label("azimuth [°] of sun")).not_to_have_value("269.5")
 
 
 def test_a_light_without_a_surface_is_chosen_by_its_mark(page: Page, stage: Stage) -> None:

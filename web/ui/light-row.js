@@ -21,6 +21,8 @@ import { NumberFields } from "./number-fields.js";
 
 /** Where a slider leaves a light as its file has it, of 100: its square is the factor, so that there is room for the dark. */
 const MIDDLE = 50;
+/** What a number can be, as the server has it of places [m]. */
+const REACH = { min: "-1e9", max: "1e9" };
 
 export class LightRow {
   row = element("li", { className: "light" });
@@ -111,7 +113,7 @@ export class LightRow {
   #addFields(names, changed, step, shown) {
     const list = element("div", { className: "place" });
     const inputs = names.map((name) => {
-      const input = element("input", { type: "number", step: "any", ariaLabel: `${name} of ${this.light.id}` });
+      const input = element("input", { type: "number", step: "any", ...REACH, ariaLabel: `${name} of ${this.light.id}` });
       const label = element("label", { textContent: name });
       label.append(input);
       list.append(label);
