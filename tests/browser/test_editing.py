@@ -208,6 +208,7 @@ def test_what_is_chosen_stays_so_and_can_be_undone_on_another_connection(page: P
     page.mouse.click(*CHAIR_AT)
     page.get_by_role("slider", name="Move chair along X").press("ArrowRight")
     hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
+    page.get_by_label("step [m]").fill("0.5")
     connections = stage.connections
     stage.close(1012)
     wait_for(page, lambda: stage.connections > connections)
@@ -218,6 +219,7 @@ def test_what_is_chosen_stays_so_and_can_be_undone_on_another_connection(page: P
     expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
     expect(page.get_by_label("moved along X")).to_have_value("0.02")
     expect(page.get_by_role("slider", name="Move chair along X")).to_be_visible()
+    expect(page.get_by_label("step [m]")).to_have_value("0.5")
     page.get_by_role("button", name="Undo").click()
     hears(stage, {"objects": {"chair": {"offset": None}}})
 

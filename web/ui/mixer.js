@@ -141,7 +141,7 @@ export class Mixer {
     }
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;
-    this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
+    if (!stays) this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
     this.#history.restart(stays);
   }
 
