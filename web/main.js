@@ -304,13 +304,14 @@ function offerScenes(names) {
 }
 
 /**
- * A scene is there: its first camera, unless the viewer stands in it already: after a reconnection, or in the same file
- * read otherwise, where it stays at the same place of the file.
+ * A scene is there: the view that a link asks for, else its first camera, unless the viewer stands in it already: after a
+ * reconnection, or in the same file read otherwise, where it stays at the same place of the file.
  * @param {SceneInfo} entered
  */
 function enter(entered) {
   const stays = scene?.id === entered.id && scene.frame.up === entered.frame.up;
-  const view = stays ? here() : address.takeView(entered.id);
+  const asked = address.takeView(entered.id);
+  const view = asked ?? (stays ? here() : undefined);
   const moved = JSON.stringify(scene?.frame) !== JSON.stringify(entered.frame);
   if (!stays || moved) flight.stop();
   scene = entered;
@@ -326,7 +327,7 @@ function enter(entered) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
   }
-  if (!stays || moved) stand(view);
+  if (asked || !stays || moved) stand(view);
   poses.forget();
   wake();
 }

@@ -105,6 +105,11 @@ def test_another_link_is_followed(page: Page, stage: Stage) -> None:
     wait_for(page, lambda: stage.all("settings")[-1].get("scene") == "hall.glb")
     stage.scene("hall.glb")
     wait_for(page, lambda: x(stage) == 0.75)
+    stage.frame((9, 9, 9))
+    page.evaluate("location.hash = 'scene=hall.glb&at=25,0,0&look=0,0&fov=90&unit=cm'")  # the same file, read otherwise
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene_options") == {"unit": "cm"})
+    stage.scene("hall.glb", frame={"metres_per_unit": 0.01}, options={"unit": "cm"})
+    wait_for(page, lambda: x(stage) == 0.25)
 
 
 def test_a_link_is_followed_though_the_page_tells_its_own_before_it_hears(page: Page, stage: Stage) -> None:
