@@ -396,6 +396,13 @@ async function openUploaded(id) {
   change({ scene: id });
 }
 
+/** Another tab has kept views of this scene, or removed some. */
+function keptElsewhere() {
+  if (!scene) return;
+  views.scene(scene.id);
+  film.scene(scene);
+}
+
 canvas.addEventListener("pointerdown", () => flight.stop());
 canvas.addEventListener("wheel", () => flight.stop(), { passive: true });
 navigation.onSpeed = (speed) => notice.say(`Speed ${Number(speed.toPrecision(2))} m/s`);
@@ -416,5 +423,6 @@ wireControls({
   bookmark: (number) => views.go(number),
   scene: (id) => change({ scene: id }),
 });
+window.addEventListener("storage", keptElsewhere);
 viewport.observe(askForSizeSoon);
 session.connect();

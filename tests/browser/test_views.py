@@ -81,6 +81,21 @@ def test_bookmarks_are_kept_gone_to_by_number_and_removed(page: Page, gradients:
     assert x(stage) == 0
 
 
+def test_bookmarks_that_another_tab_removes_are_gone_here(page: Page, gradients: Running, stage: Stage) -> None:
+    page.keyboard.press("KeyB")
+    for name in ("door", "window", "stairs"):
+        page.get_by_label("Name of the bookmark").fill(name)
+        page.keyboard.press("Enter")
+    other = page.context.new_page()
+    visit(other, gradients)
+    other.keyboard.press("KeyB")
+    other.get_by_role("button", name="Remove door").click()
+    expect(page.get_by_role("button", name="Remove door")).to_have_count(0)
+    page.get_by_role("button", name="Remove window").click()
+    expect(other.get_by_role("button", name="Remove window")).to_have_count(0)
+    expect(other.get_by_role("button", name="stairs", exact=True)).to_be_visible()
+
+
 def test_the_address_tells_the_view_and_gives_it_back(page: Page, gradients: Running, stage: Stage) -> None:
     walk(page, "KeyD", lambda: x(stage) > 0.05)
     rest(page, lambda: x(stage))
