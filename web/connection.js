@@ -61,7 +61,8 @@ export class Connection {
     this.#url = url;
     this.#probe = probe;
     this.#events = events;
-    window.addEventListener("online", () => this.#state === "waiting" && this.connect());
+    // A socket of before the network was gone may be dead without knowing: its other end knows another address.
+    window.addEventListener("online", () => (this.#state === "waiting" || this.open) && this.connect());
     document.addEventListener("visibilitychange", () => {
       if (document.hidden) this.#hide();
       else if (this.#state === "hidden" || this.#state === "waiting") this.connect();
@@ -77,10 +78,11 @@ export class Connection {
     return (this.#socket?.bufferedAmount ?? 0) > CONGESTED;
   }
 
-  /** Connects now, without waiting for the pause to end; a hidden page when it is shown. */
+  /** Connects anew, without waiting for the pause to end; a hidden page when it is shown. */
   connect() {
     clearTimeout(this.#timer);
     if (document.hidden) return;
+    this.#socket?.close();
     this.#tell({ state: "connecting" });
     const socket = new WebSocket(this.#url);
     socket.binaryType = "arraybuffer";

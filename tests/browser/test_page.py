@@ -197,6 +197,17 @@ def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:
         expect(page.get_by_role("button", name="Try again now")).to_be_visible()
 
 
+def test_connects_anew_when_the_network_is_back(page: Page, gradients: Running) -> None:
+    stage = staged.visit(page, gradients)
+    page.context.set_offline(True)
+    page.context.set_offline(False)
+    wait_for(page, lambda: stage.connections == 2)
+    stage.start()
+    expect(page.locator("#connection-text")).to_have_text("Connected")
+    expect(page.locator("#notice")).to_be_hidden()
+    assert stage.connections == 2
+
+
 def test_everything_is_reached_by_keyboard_and_has_a_name(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.keyboard.press("KeyP")
