@@ -22,9 +22,11 @@ const PROBE_TIMEOUT = 3000;
 /** Bytes waiting in the browser above which newer messages would only queue behind older ones. */
 const CONGESTED = 4096;
 
+/** The server understood nothing of what the page says: what to do about it is said, not what it did not understand. */
+const BAD_PROTOCOL = 1002;
 const REASONS = new Map([
   [1001, "The server is going away."],
-  [1002, "This page and the server do not speak the same protocol version. Reload the page."],
+  [BAD_PROTOCOL, "This page and the server do not speak the same protocol version. Reload the page."],
   [1008, "The server refused the connection."],
   [1009, "The server refused a message that was too large."],
   [1011, "The server met a fault of its own."],
@@ -125,7 +127,8 @@ export class Connection {
 
   /** @param {CloseEvent} event @param {string | undefined} refusal of the handshake */
   #closed(event, refusal) {
-    const reason = refusal || event.reason || REASONS.get(event.code) || "The connection was lost.";
+    const said = event.code === BAD_PROTOCOL ? "" : event.reason;
+    const reason = refusal || said || REASONS.get(event.code) || "The connection was lost.";
     if (refusal || isFinalClose(event.code)) {
       this.#tell({ state: "refused", reason });
       return;

@@ -197,6 +197,15 @@ def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:
         expect(page.get_by_role("button", name="Try again now")).to_be_visible()
 
 
+def test_says_to_reload_where_the_server_understands_other_words(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.hear("hello")
+    stage.say("error", code="bad-message", message="settings.vpls: Extra inputs are not permitted")
+    stage.close(1002, "the hello was refused")
+    expect(page.locator("#notice-detail")).to_contain_text("Reload the page")
+
+
 def test_connects_anew_when_the_network_is_back(page: Page, gradients: Running) -> None:
     stage = staged.visit(page, gradients)
     page.context.set_offline(True)
