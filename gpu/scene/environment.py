@@ -1,15 +1,14 @@
 """The light from all around that a picture shows: `--environment`."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from gpu.errors import ImageError
-from gpu.scene.default_light import without_default_light
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.exr_picture import read_exr
 from gpu.scene.radiance_hdr import read_radiance
+from gpu.scene.surroundings import surrounded
 from gpu.scene.types import Environment, Floats, Scene
 
 SUFFIXES = (".hdr", ".exr")
@@ -19,22 +18,13 @@ _MOST = 1e6  # radiance, so that float32 holds what is computed with it
 
 
 def with_environment(scene: Scene, options: EnvironmentOptions) -> Scene:
-    """`scene` in the environment that `options` name, instead of its sky, also one of triangles, and of added light.
-
-    Raises ImageError where that cannot be read.
-    """
+    """`scene` `surrounded` by the environment that `options` name; ImageError where that cannot be read."""
     if options.environment is None:
         return scene
     pixels = read_environment(options.environment)
     turn = options.environment_rotation / 360.0
-    environment = Environment(options.environment.name, pixels * np.float32(options.environment_strength), turn)
-    seen = ~np.array([material.backdrop for material in scene.materials])[scene.triangle_material]
-    return replace(
-        without_default_light(scene),
-        triangles=scene.triangles[seen],
-        triangle_material=scene.triangle_material[seen],
-        sky=environment,
-    )
+    strength = np.float32(options.environment_strength)
+    return surrounded(scene, Environment(options.environment.name, pixels * strength, turn))
 
 
 def read_environment(path: Path) -> Floats:

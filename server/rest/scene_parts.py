@@ -15,7 +15,8 @@ from server.wire.worker import CameraSpec, SceneCamera, SceneRef
 async def info_of(service: Service, scene: SceneRef) -> SceneInfo:
     """What is in a scene; its file is read for that, as it will be for its pictures, if nobody has asked for it yet."""
     if scene.source in BUILTIN:
-        return describe_scene(scene.id, await asyncio.to_thread(BUILTIN[scene.source]))
+        made, around = await asyncio.to_thread(BUILTIN[scene.source]), service.settings.environment is not None
+        return describe_scene(scene.id, made, in_environment=around)
     return (await service.residency.inspect(scene)).info
 
 

@@ -54,7 +54,8 @@ def check(request: CheckRequest) -> Checked | Refused:
         if request.result is not None:
             with os.fdopen(request.result, "wb") as file:
                 write_scene(scene, file)
-        return Checked(source=source, info=describe_scene(source, scene, request.options), size=measure(scene))
+        info = describe_scene(source, scene, request.options, in_environment=request.in_environment)
+        return Checked(source=source, info=info, size=measure(scene))
     except UnpackedError as error:
         return Refused(field=error.field, problem=error.problem, unpacked_bytes=error.size)
     except SceneError as error:

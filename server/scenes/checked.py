@@ -23,7 +23,8 @@ class SceneSize(BaseModel):
 class CheckRequest(BaseModel):
     """What a child is to read: a built-in name or a file, which is an archive if there is a folder to unpack it in.
 
-    result: the descriptor of an open file that gets the scene itself (server.scenes.packed_scene), if it is wanted.
+    in_environment: as of server.scenes.scene_info.describe_scene. result: the descriptor of an open file that gets the
+    scene itself (server.scenes.packed_scene), as its file has it, if it is wanted.
     """
 
     source: str
@@ -33,6 +34,7 @@ class CheckRequest(BaseModel):
     memory_bytes: int
     seconds: float
     options: ImportOptions = DEFAULT_OPTIONS
+    in_environment: bool = False
     result: int | None = None
 
 

@@ -77,7 +77,7 @@ class Checker:
     """Runs a few children at a time."""
 
     def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
-        self._limits = settings.scene_limits
+        self._limits, self._in_environment = settings.scene_limits, settings.environment is not None
         self._memory_bytes = settings.check_memory_bytes
         self._seconds = settings.check_seconds
         self._command = command
@@ -114,6 +114,7 @@ class Checker:
             max_unpacked_bytes=max_unpacked_bytes,
             memory_bytes=self._memory_bytes,
             seconds=self._seconds,
+            in_environment=self._in_environment,
             result=kept.memory if kept is not None else None,
         )
         try:

@@ -10,6 +10,7 @@ from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.floats import triple
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.parts import LightPart, lights_of, material_ids
+from gpu.scene.surroundings import EVEN, surrounded
 from gpu.scene.types import Camera, Doubles, Material, Scene
 from server.wire.browser import (
     AnimationInfo,
@@ -29,11 +30,16 @@ FIELDS_OF_VIEW, PLAN_FIELDS_OF_VIEW = (0.011, 3.09), (radians(1.0), radians(120.
 MOST_PARTS = 1000  # lights, and materials, that are listed: who edits chooses from them
 
 
-def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT_OPTIONS) -> SceneInfo:
-    """A scene's cameras and bounds in world space, its lights and materials, and its notes; options: how it was read.
+def describe_scene(
+    scene_id: str, scene: Scene, options: ImportOptions = DEFAULT_OPTIONS, *, in_environment: bool = False
+) -> SceneInfo:
+    """A scene's cameras and bounds in world space, its lights and materials, and its notes; options: how it was read;
+    in_environment: an environment of the service's will be around it.
 
     Of a scene as `load_scene` gives it this is less than two megabytes of JSON.
     """
+    if in_environment:
+        scene = surrounded(scene, EVEN)
     notes = scene.report.notes + scene.report.ignored
     if scene.report.dropped_triangles:
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)

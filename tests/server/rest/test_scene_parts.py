@@ -1,15 +1,17 @@
 """What is in scenes, and what is not, before jobs of them wait."""
 
 import asyncio
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from gpu.errors import UserError
-from gpu.scene.edits import ObjectEdit, SceneEdits
+from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits
 from server.rest.scene_parts import check_info, check_parts, info_of
 from server.scenes.scene_info import MOST_PARTS
+from server.settings import ServerSettings
 from server.wire.browser import AnimationInfo, Bounds, ObjectInfo, SceneInfo
 from server.wire.worker import LookAt, SceneCamera, SceneRef
 
@@ -28,14 +30,15 @@ LOOKING = LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), None, 90.0)
 SOFA = SceneEdits(objects={"sofa": ObjectEdit(visible=False)})
 
 
-def reading(asked: list[SceneRef]) -> Any:
-    """A service that notes which scenes it reads."""
+def reading(asked: list[SceneRef], environment: Path | None = None) -> Any:
+    """A service that notes which scenes it reads, with that environment around all of them."""
 
     async def inspect(scene: SceneRef) -> SimpleNamespace:
         asked.append(scene)
         return SimpleNamespace(info=INFO)
 
-    return SimpleNamespace(residency=SimpleNamespace(inspect=inspect))
+    settings = ServerSettings(environment=environment)
+    return SimpleNamespace(residency=SimpleNamespace(inspect=inspect), settings=settings)
 
 
 def test_files_are_read_and_built_in_scenes_made() -> None:
@@ -46,6 +49,13 @@ def test_files_are_read_and_built_in_scenes_made() -> None:
     assert box.animations == ()
     assert box.objects
     assert asked == [HALL]
+
+
+def test_built_in_scenes_have_the_sky_that_is_around_them() -> None:
+    box, dim = SceneRef("cornell-box", "cornell-box"), SceneEdits(lights={"sky": LightEdit(intensity=0.5)})
+    asyncio.run(check_parts(reading([], Path("noon.hdr")), box, LOOKING, dim))
+    with pytest.raises(UserError, match=r"lights\.sky: the scene has no such light"):
+        asyncio.run(check_parts(reading([]), box, LOOKING, dim))
 
 
 def test_nothing_is_read_for_what_every_scene_has() -> None:

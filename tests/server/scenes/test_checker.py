@@ -29,6 +29,18 @@ def test_a_scene_is_read_by_a_child_and_has_its_name_not_its_path(tmp_path: Path
     assert (checked.info.id, checked.info.name, checked.info.triangles) == ("rooms/house.glb", "house", 1)
 
 
+@pytest.mark.parametrize("environment", [None, Path("noon.hdr")])
+def test_a_scene_is_described_in_the_environment_that_is_around_all_scenes(
+    tmp_path: Path, environment: Path | None
+) -> None:
+    """Nothing is said to be added for want of light, and there is a sky that edits can name."""
+    (tmp_path / "dark.glb").write_bytes(TRIANGLE_GLB)
+    checker = Checker(ServerSettings(environment=environment))
+    info = asyncio.run(checker.check(str(tmp_path / "dark.glb"), "dark.glb")).info
+    assert [light.id for light in info.lights] == ["sky"]
+    assert any("soft sky" in note for note in info.notes) == (environment is None)
+
+
 def test_what_is_wrong_is_said_of_the_name_not_of_the_path(tmp_path: Path) -> None:
     (tmp_path / "secret.glb").write_bytes(TRIANGLE_GLB[:-8])
     with pytest.raises(SceneError, match=r"^house\.glb: GLB header: the file has .* it is cut off$"):

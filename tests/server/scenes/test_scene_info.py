@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gltf_motion import moving
 
+from gpu.scene.default_light import with_default_light
 from gpu.scene.load import load_scene
 from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
@@ -47,6 +48,16 @@ def test_bounds_are_in_world_space(scene: Scene) -> None:
     bounds = describe_scene("id", scene).bounds
     assert bounds.min == pytest.approx((95.0, -5.0, -5.0))
     assert bounds.max == pytest.approx((105.0, 5.0, 5.0))
+
+
+def test_a_scene_in_an_environment_has_its_sky_and_no_added_light() -> None:
+    box = load_scene("cornell-box")
+    dark = replace(box, materials=tuple(replace(it, emission=(0.0, 0.0, 0.0)) for it in box.materials))
+    lit = with_default_light(dark)
+    assert len(describe_scene("id", lit).notes) == 1
+    found = describe_scene("id", lit, in_environment=True)
+    assert [(light.id, light.form) for light in found.lights] == [("sky", LightForm.SKY)]
+    assert found.notes == ()
 
 
 def test_cameras_are_column_major(scene: Scene) -> None:
