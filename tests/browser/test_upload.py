@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from harness import Running
@@ -63,6 +64,16 @@ def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
 def test_several_files_are_refused_with_what_to_do(page: Page, stage: Stage) -> None:
     asked = answers(page, lambda route: route.abort())
     page.evaluate(DROP, ["a.gltf", "a.bin"])
+    expect(page.locator("#toast")).to_contain_text("ZIP")
+    assert asked == []
+
+
+def test_a_folder_is_refused_with_what_to_do(page: Page, stage: Stage, tmp_path: Path) -> None:
+    asked = answers(page, lambda route: route.abort())
+    browser = page.context.new_cdp_session(page)
+    data = {"items": [], "files": [str(tmp_path)], "dragOperationsMask": 1}
+    for event in ("dragEnter", "dragOver", "drop"):
+        browser.send("Input.dispatchDragEvent", {"type": event, "x": 300, "y": 300, "data": data})
     expect(page.locator("#toast")).to_contain_text("ZIP")
     assert asked == []
 

@@ -51,16 +51,17 @@ export class Uploader {
       if (!carriesFiles(event)) return;
       event.preventDefault();
       this.#drop.hidden = true;
-      this.#send([...(event.dataTransfer?.files ?? [])]);
+      const folder = [...(event.dataTransfer?.items ?? [])].some((item) => item.webkitGetAsEntry()?.isDirectory);
+      this.#send([...(event.dataTransfer?.files ?? [])], folder);
     });
   }
 
-  /** @param {readonly File[]} files */
-  async #send(files) {
+  /** @param {readonly File[]} files @param {boolean} [folder]  one of them is none, but a folder, which cannot be read */
+  async #send(files, folder = false) {
     const [file] = files;
     if (!file) return;
     if (this.#current) return this.#complain("Another file is being sent; wait for it or cancel it.");
-    if (files.length > 1) return this.#complain("One file at a time, please: put a scene of several files into a ZIP archive.");
+    if (files.length > 1 || folder) return this.#complain("One file at a time, please: put a scene of several files into a ZIP archive.");
     this.#current = new AbortController();
     this.#show(file.name, 0);
     try {
