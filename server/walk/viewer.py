@@ -286,14 +286,16 @@ class Viewer:
 
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()
-        shown = self._shown
+        shown, failure = self._shown, None
         try:
             shown = scene, await self._read(scene)
         except (UserError, TooBusyError, RenderFaultError, WorkerLostError) as error:
-            await self._fail(ErrorCode.SCENE_FAILED, error)
+            failure = error
         if self._wanted != scene:
             return  # the viewer has chosen another one meanwhile
         self._wanted = None
+        if failure is not None:
+            await self._fail(ErrorCode.SCENE_FAILED, failure)
         self._shown = shown
         if shown is not None:
             self._service.edited.end_own(self._session.viewer)

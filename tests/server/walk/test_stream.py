@@ -1,5 +1,6 @@
 """The WebSocket as a viewer meets it: admission, messages, frames, scenes, failures."""
 
+import asyncio
 import itertools
 import os
 import signal
@@ -17,8 +18,10 @@ from websockets.exceptions import ConnectionClosed
 
 from server.scenes import checker
 from server.walk.session import Session
-from server.wire.browser import PROTOCOL, WINDOW
+from server.walk.viewer import Viewer
+from server.wire.browser import PROTOCOL, WINDOW, SceneInfo
 from server.wire.frame_header import Codec, Phase
+from server.wire.worker import SceneRef
 
 Visit = Callable[[Running], Walker]
 
@@ -224,6 +227,26 @@ def test_a_scene_that_cannot_be_opened_leaves_the_last_one(walker: Walker) -> No
     assert walker.word("scene")["id"] == "cornell-box"
     walker.pose(1)
     walker.frame()
+
+
+def test_why_a_scene_cannot_be_opened_is_not_told_to_who_has_chosen_another(
+    walker: Walker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = Viewer._read
+
+    async def reads_long(viewer: Viewer, scene: SceneRef) -> SceneInfo:
+        while scene.id == "broken.glb" and viewer._wanted == scene:
+            await asyncio.sleep(0.01)
+        return await read(viewer, scene)
+
+    monkeypatch.setattr(Viewer, "_read", reads_long)
+    walker.send("settings", id=1, scene="broken.glb")
+    walker.word("status", state="loading")
+    walker.send("settings", id=2, scene="rooms/hall.glb")
+    while not (scenes := [word["id"] for word in walker.words if word["type"] == "scene"]):
+        walker.no_frame()
+    assert scenes == ["rooms/hall.glb"]
+    assert [word for word in walker.words if word["type"] == "error"] == []
 
 
 @pytest.mark.parametrize("scene", ["nowhere", "../conftest.py", "/etc/passwd", "rooms/../broken.glb"])
