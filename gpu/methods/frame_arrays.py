@@ -4,6 +4,8 @@ A GPU's driver takes 15 ms to find a gigabyte, which pictures of many pixels nee
 between.
 """
 
+from dataclasses import replace
+
 import warp as wp
 
 from gpu.core.sharing import DEVICE_SHARING
@@ -80,4 +82,7 @@ class FrameArrays:
 
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""
-        trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, self.features)
+        features = self.features
+        if not self.reads_radiosity:  # nothing shows them besides: glass is matt then, and coats are nothing
+            features = replace(features, frosted=False, coats=False)
+        trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, features)

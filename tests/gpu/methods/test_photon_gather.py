@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
-from scenes import box, grey, quad, resident_of
+from scenes import RARE, box, grey, quad, resident_of
 from stage_order import noted_stages
 
 from gpu.device_scene.upload import DeviceScene
@@ -47,6 +49,19 @@ def test_a_glossy_floor_shows_what_its_lobes_reflect() -> None:
     )
     assert seen.mean() == pytest.approx(paths.mean(), rel=0.05)
     assert relative_error(seen, paths) < 0.005
+
+
+@pytest.mark.parametrize("material", RARE)
+def test_glass_is_matt_and_a_coat_nothing_where_nothing_shows_them_besides(material: Material) -> None:
+    """A white plate in even light, which it reflects, whatever it is of."""
+    plate = quad((-0.49, -0.49, 0.0), (0.98, 0.0, 0.0), (0.0, 0.98, 0.0), 1)
+    walls, plates = grey(0.5, emission=1.0), (material, replace(material, transmission=0.0, clearcoat=0.0))
+    light = [
+        picture(resident_of([*box(), plate], [walls, of, *RARE]).generalised(), method=Method.PHOTON_GATHER, **COUNTS)
+        for of in plates
+    ]
+    assert light[1].mean() > 1.0
+    assert light[0].mean() == pytest.approx(light[1].mean(), rel=0.02)
 
 
 def walked(room: DeviceScene, settings: RenderSettings) -> Floats:
