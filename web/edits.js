@@ -71,7 +71,7 @@ export class EditHistory {
    * @param {boolean} stays  it is the same: edits of its own are so again, and what was done can still be undone
    */
   restart(stays) {
-    this.#kept = stays && this.own ? this.edits : null;
+    this.#kept = !stays ? null : this.own ? this.edits : this.#kept; // which a short connection may not have come to
     this.own = false;
     this.suns = {};
     clearTimeout(this.#timer);
