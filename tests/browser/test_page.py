@@ -80,6 +80,16 @@ def test_ctrl_is_no_movement(page: Page, gradients: Running) -> None:
     assert abs(pixel(page)[1] - start[1]) < 3
 
 
+def test_a_key_let_go_while_a_mac_keeps_it_to_itself_is_let_go(page: Page, gradients: Running) -> None:
+    stage = staged.visit(page, gradients)
+    walk_on = len(stage.all("pose")) + 3
+    page.keyboard.down("KeyD")
+    wait_for(page, lambda: len(stage.all("pose")) > walk_on)
+    page.keyboard.down("Meta")
+    page.keyboard.up("Meta")  # no event says that KeyD was let go meanwhile
+    rest(page, lambda: len(stage.all("pose")))
+
+
 def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     start = pixel(page)

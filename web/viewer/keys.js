@@ -42,6 +42,7 @@ export class HeldKeys {
     });
     window.addEventListener("keyup", (event) => {
       this.fast = event.shiftKey;
+      if (event.key === "Meta") release(); // on a Mac, what is let go while it is held is never seen
       if (this.#held.delete(event.code)) onChange();
     });
     // A key released elsewhere is never seen here: let go of all when the page loses the keyboard.
