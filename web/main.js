@@ -303,6 +303,14 @@ function offerScenes(names) {
   offer(sceneSelect, choices);
 }
 
+/** Somebody has sent the scene of now since its list came. */
+async function listAnew() {
+  const names = await listScenes(scenes).catch(() => null);
+  if (!names || !scene) return;
+  offerScenes(names);
+  sceneSelect.value = scene.id;
+}
+
 /**
  * A scene is there: the view that a link asks for, else its first camera, unless the viewer stands in it already: after a
  * reconnection, or in the same file read otherwise, where it stays at the same place of the file.
@@ -316,6 +324,7 @@ function enter(entered) {
   if (!stays || moved) flight.stop();
   scene = entered;
   sceneSelect.value = entered.id;
+  if (sceneSelect.value !== entered.id) listAnew();
   document.title = `${entered.name} – lumenwalk`;
   panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);

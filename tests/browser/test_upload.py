@@ -53,6 +53,12 @@ def test_a_chosen_file_is_sent_and_entered(page: Page, stage: Stage) -> None:
     expect(page.locator("#upload")).to_be_hidden()
 
 
+def test_a_scene_that_another_page_has_sent_since_can_be_seen_in_the_list(page: Page, stage: Stage) -> None:
+    answers(page, lambda route: route.abort())
+    stage.scene("new/1")
+    expect(page.locator("#scene")).to_have_value("new/1")
+
+
 def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
     asked = answers(page, lambda route: route.fulfill(status=201, json={"id": "new/1"}))
     page.evaluate(DROP, ["große halle.glb"])
