@@ -70,9 +70,9 @@ export class Session {
     return this.#wanted;
   }
 
-  /** Whether a frame is of what was last asked for. @param {Frame} frame */
+  /** Whether a frame is of what was last asked for, and others follow it. @param {Frame} frame */
   isCurrent(frame) {
-    return this.#changes.isCurrent(frame.settings);
+    return this.#connection.open && this.#changes.isCurrent(frame.settings);
   }
 
   /** Whether a pose sent now would be of use. */

@@ -207,6 +207,19 @@ def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:
         expect(page.get_by_role("button", name="Try again now")).to_be_visible()
 
 
+def test_pictures_that_are_still_decoded_do_not_hide_that_the_connection_is_gone(
+    page: Page, gradients: Running
+) -> None:
+    stage = staged.visit(page, gradients)
+    for _ in range(10):
+        stage.frame((9, 9, 9), size=(1280, 720))
+    stage.close(1009, "too large")
+    expect(page.locator("#size")).to_have_text("1280 × 720")
+    page.wait_for_timeout(500)  # until all are decoded
+    expect(page.locator("#notice")).to_contain_text("too large")
+    expect(page.locator("#connection-text")).to_have_text("Refused")
+
+
 def test_says_to_reload_where_the_server_understands_other_words(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))
