@@ -154,6 +154,9 @@ def test_what_a_field_cannot_have_is_not_sent_with_the_others_and_goes(page: Pag
     page.get_by_label("moved along X").fill("2e9")
     page.wait_for_timeout(100)
     hears(stage, {"objects": {"chair": {"rotation": [0, 30, 358]}}})
+    page.get_by_label("radiance").fill("-5")
+    page.get_by_label("colour of its light").fill("#ff0000")
+    hears(stage, {"materials": {"wall": {"emission": [0, 0, 0]}}})
 
 
 def test_what_is_dragged_by_its_grip_is_made_larger(page: Page, stage: Stage) -> None:

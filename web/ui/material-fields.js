@@ -19,6 +19,8 @@ export class MaterialFields {
   #glow = byId("material-glow", HTMLInputElement);
   #radiance = byId("material-radiance", HTMLInputElement);
   #shown = "";
+  /** What its radiance is, in words. */
+  #radiates = "0";
 
   /** @param {(id: string, edit: MaterialEdit, what: string) => void} edit */
   constructor(edit) {
@@ -31,6 +33,9 @@ export class MaterialFields {
     tell(this.#metallic, () => ({ metallic: this.#metallic.valueAsNumber }));
     tell(this.#radiance, () => ({ emission: this.#emission() }));
     tell(this.#glow, () => ({ emission: this.#emission() }));
+    this.#radiance.addEventListener("change", () => {
+      if (!this.#radiance.checkValidity()) this.#radiance.value = this.#radiates; // it would go out with a colour
+    });
   }
 
   /** @param {string} id @param {MaterialEdit | undefined} edit  what differs of it */
@@ -46,7 +51,8 @@ export class MaterialFields {
     this.#set(this.#metallic, edit?.metallic ?? material.metallic);
     if (radiance > 0) this.#glow.value = toHex([emission[0] / radiance, emission[1] / radiance, emission[2] / radiance]);
     else if (this.#radiance.valueAsNumber > 0 || this.#glow.value === BLACK) this.#glow.value = WHITE;
-    if (document.activeElement !== this.#radiance) this.#radiance.value = String(Number(radiance.toPrecision(3)));
+    this.#radiates = String(Number(radiance.toPrecision(3)));
+    if (document.activeElement !== this.#radiance) this.#radiance.value = this.#radiates;
   }
 
   /** @param {HTMLInputElement} input @param {number} value */
