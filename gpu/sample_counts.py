@@ -100,13 +100,17 @@ def usual_counts(quality: Quality, *, cuda: bool) -> SampleCounts:
     return replace(usual, **scaled, shadow_map=side, frames=int(factors.frames * usual.frames))
 
 
+def paths_of(quality: Quality) -> int:
+    """Paths a pixel that a frame of a quality has, on any device."""
+    return int(QUALITY_FACTORS[quality].counts * PATHS)
+
+
 def sample_counts_of(settings: RenderSettings, device: Device, pixels: int | None = None) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`; pixels: of a picture, None for a large one."""
     usual = usual_counts(settings.quality, cuda=device.is_cuda)
     if pixels is not None and device.is_cuda and settings.method.corrects_clusters:
         usual = replace(usual, sp_clusters=min(usual.sp_clusters, max(pixels // PIXELS_A_CLUSTER, 1)))
-    paths = int(QUALITY_FACTORS[settings.quality].counts * PATHS)
-    samples = paths if settings.method.refines_by_samples else usual.samples
+    samples = paths_of(settings.quality) if settings.method.refines_by_samples else usual.samples
     return SampleCounts(
         sp_clusters=settings.sp_clusters or usual.sp_clusters,
         vpls=settings.vpls or usual.vpls,

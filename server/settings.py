@@ -6,6 +6,7 @@ A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__M
 import os
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +22,7 @@ from pydantic_settings.exceptions import SettingsError
 
 from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
-from gpu.sample_counts import usual_counts
+from gpu.sample_counts import paths_of, usual_counts
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions, listed
 from gpu.scene.limits import SceneLimits
@@ -213,11 +214,12 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
             raise UserError(
                 f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
             )
+        best = replace(BEST, samples=paths_of(Quality.BEST)) if settings.method.refines_by_samples else BEST
         for name in COUNTS:
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
-            if settings.quality is Quality.BEST and wanted is None and (most := getattr(BEST, name)) > limit:
+            if settings.quality is Quality.BEST and wanted is None and (most := getattr(best, name)) > limit:
                 raise UserError(
                     f"settings.quality: best takes up to {most} {name}, more than this server's limit of {limit}"
                 )

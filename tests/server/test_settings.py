@@ -4,7 +4,7 @@ import pytest
 
 from gpu.errors import UserError
 from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
-from gpu.settings import Quality, RenderSettings
+from gpu.settings import Method, Quality, RenderSettings
 from server.settings import ServerSettings, load_settings
 
 
@@ -124,6 +124,9 @@ def test_the_best_quality_keeps_to_the_limits() -> None:
     with pytest.raises(UserError, match=r"quality: best takes up to 196608 vpls, more than .* limit of 100000"):
         server.check_render((8, 8), best, 64)
     server.check_render((8, 8), RenderSettings(quality=Quality.BEST, vpls=100_000), 64)
+    paths = best.model_copy(update={"method": Method.PATH})
+    with pytest.raises(UserError, match=r"quality: best takes up to 128 samples, more than .* limit of 100"):
+        ServerSettings(max_samples=100).check_render((8, 8), paths, 64)
 
 
 @pytest.mark.parametrize(
