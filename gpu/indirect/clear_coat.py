@@ -64,7 +64,7 @@ def clear_coat_kernel(features: SceneFeatures) -> wp.Kernel:
             light += area_light(scene, known.table, coat, view, own)
         point = sobol_pair_at(place, frame_index, LOBE_PAIR, samples.seed)
         lobe = sample_lobe(coat, view, point.x, point.y)
-        if lobe.density > 0.0:
+        if known.indirect and lobe.density > 0.0:
             ray = lobe_ray(coat, lobe.direction, NO_EMISSION, place, frame_index, samples.seed)
             light += wp.cw_mul(lobe.weight, light_along(scene, known, ray).light)
         above = gbuffer.throughput[pixel] * (share / wp.max(1.0 - share, LEAST_BELOW))

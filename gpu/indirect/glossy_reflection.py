@@ -188,7 +188,11 @@ class GlossyReflection:
         camera: (1,) CameraData; samples: which of the lobes' they are.
         """
         has, seen_by = self._features, (scene, camera, self._image, gbuffer, known, samples)
-        launch(glossy_ray_kernel(has), len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
+        if known.indirect:
+            launch(glossy_ray_kernel(has), len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
+        else:
+            self.light.zero_()
+            self._found.reach.zero_()
         if has.frosted:
             frosted = frosted_ray_kernel(has)
             launch(frosted, len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)

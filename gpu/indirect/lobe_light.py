@@ -91,18 +91,19 @@ def lobe_reach(gbuffer: GBuffer, pixel: int, camera: CameraData, image: ImageSiz
 @wp.struct
 class KnownLight:
     """What rays of lobes end in. table: emitters that samples find; lit: what VPLs know; direct: whether emitters are
-    seen through frosted glass.
+    seen through frosted glass; indirect: whether surfaces are, by what VPLs know.
     """
 
     table: LightTable
     lit: RadiosityCache
     direct: bool
+    indirect: bool
 
 
-def known_light(table: LightTable, lit: RadiosityCache, *, direct: bool) -> KnownLight:
-    """The struct of these."""
+def known_light(table: LightTable, lit: "RadiosityCache | None", *, direct: bool) -> KnownLight:
+    """The struct of these; lit: None where there are no VPLs, or none are wanted."""
     known = KnownLight()
-    known.table, known.lit, known.direct = table, lit, direct
+    known.table, known.lit, known.direct, known.indirect = table, lit or RadiosityCache(), direct, lit is not None
     return known
 
 
@@ -196,6 +197,8 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
         chosen = choose_part(surface, -direction, choice.x)
         part = part_of(surface, chosen)
         if vertex == LOBE_VERTICES or not sends_on(part):
+            if not known.indirect:
+                return seen
             arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
             reflected = wp.cw_mul(even_reflectance(part, -direction), arriving) / PI
             seen.light += wp.cw_mul(throughput, reflected)

@@ -14,7 +14,7 @@ from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
-from gpu.vpl.radiosity_cache import RadiosityCache
+from gpu.indirect.lobe_light import KnownLight
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 
@@ -31,7 +31,7 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
         image: ImageSize,
         samples: ChainSamples,
         gbuffer: GBuffer,
-        lit: RadiosityCache,
+        known: KnownLight,
         radiance: wp.array[wp.vec3],
     ) -> None:
         """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras: one element."""
@@ -40,11 +40,13 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
         if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
             return
         scene = specialise(scene)
+        if not scene.specular:  # a coat takes something, too
+            return
         end = seen_end(scene, pixel_ray(cameras[0], pixel, image), pixel, image, samples, True)
         light = end.emitted
-        if end.face != NO_HIT:
+        if end.face != NO_HIT and known.indirect:
             surface = end.surface
-            arriving = mean_irradiance(lit, surface.position, surface.geometric_normal)
+            arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
             reflected = wp.cw_mul(even_reflectance(surface, end.to_viewer), arriving) / PI
             light += wp.cw_mul(end.throughput, reflected)
         radiance[pixel] += light
@@ -53,12 +55,12 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 def add_other_branch(scene: SceneData, camera: wp.array, size: tuple[int, int], samples: ChainSamples,
-                     gbuffer: GBuffer, lit: RadiosityCache, radiance: wp.array, features: SceneFeatures
+                     gbuffer: GBuffer, known: KnownLight, radiance: wp.array, features: SceneFeatures
                      ) -> None:  # fmt: skip
     """Add to `radiance` (pixel,) what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
 
     camera: (1,) CameraData; size: (width, height).
     """
-    inputs = [scene, camera, image_size(size), samples, gbuffer, lit, radiance]
+    inputs = [scene, camera, image_size(size), samples, gbuffer, known, radiance]
     kernel = other_branch_kernel(features)
     launch(kernel, size[0] * size[1], inputs, radiance.device)

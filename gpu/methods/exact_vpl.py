@@ -12,7 +12,7 @@ from gpu.indirect.exact_gather import gather
 from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, make_lights, reads_radiosity
+from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, make_lights, traces_lobes
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered
@@ -43,7 +43,7 @@ class ExactVpl(RenderMethod[ViewState]):
             setup.size,
             lambertian=settings.lambertian,
             skip=settings.skip,
-            reads_radiosity=reads_radiosity(settings),
+            traces_lobes=traces_lobes(settings),
         )
         self._passes = Passes(setup, self._frame)
         self._caustics = caustics_of(setup, self._frame)
@@ -88,9 +88,9 @@ class ExactVpl(RenderMethod[ViewState]):
             self._caustics.begin(points, kind, stages)
             self._caustics.fill(points, kind, stages)
         passes.begin_direct(view, kind, stages)
+        passes.begin_gloss(view, self._cache, kind, stages)
         if self._has_indirect:
             if self._has_near:
-                passes.begin_gloss(view, self._cache, kind, stages)
                 passes.begin_near(points, self._vpls, self._cache, kind, stages)
             stages.run("gather", self._gather, repeats=False)
             if self._has_near:
@@ -100,8 +100,7 @@ class ExactVpl(RenderMethod[ViewState]):
             self._caustics.end(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
-            if self._has_near:
-                passes.end_gloss(view, self._cache, kind, stages)
+        passes.end_gloss(view, self._cache, kind, stages)
 
     def _gather(self) -> None:
         frame, count = self._frame, self._vpls.count

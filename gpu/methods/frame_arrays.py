@@ -31,7 +31,7 @@ class FrameArrays:
     own; numbers: these two and the chains' own index; brightness: of the indirect light; nothing (pixel,): zeros, for
     frames that earlier ones tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular
     lobes and frosted glass, None where there are none or the method does without. stride: of the pixels that are
-    shaded (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
+    shaded (gpu.gbuffer.sparse_shading); traces_lobes: whether rays show what these, glass and coats do.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class FrameArrays:
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
-        reads_radiosity: bool = False,
+        traces_lobes: bool = False,
     ) -> None:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
@@ -60,8 +60,8 @@ class FrameArrays:
         self.chain_samples.frame_index = self.numbers.array[2:]
         self.set_numbers()
         self.numbers.upload()
-        self.reads_radiosity = reads_radiosity
-        glossy = reads_radiosity and self.features.lobes
+        self.traces_lobes = traces_lobes
+        glossy = traces_lobes and self.features.lobes
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
         DEVICE_SHARING.pause()
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
@@ -83,6 +83,6 @@ class FrameArrays:
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""
         features = self.features
-        if not self.reads_radiosity:  # nothing shows them besides: glass is matt then, and coats are nothing
+        if not self.traces_lobes:  # nothing shows them besides: glass is matt then, and coats are nothing
             features = replace(features, frosted=False, coats=False)
         trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, features)

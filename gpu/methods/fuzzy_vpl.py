@@ -23,7 +23,7 @@ from gpu.methods.passes import (
     frame_kind,
     frame_seed,
     leaves_history,
-    reads_radiosity,
+    traces_lobes,
 )
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings, Weighting
@@ -64,9 +64,9 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         return clusters * (5100 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
 
     @staticmethod
-    def reads_radiosity(settings: RenderSettings) -> bool:
-        """As gpu.methods.passes.reads_radiosity tells."""
-        return reads_radiosity(settings)
+    def traces_lobes(settings: RenderSettings) -> bool:
+        """As gpu.methods.passes.traces_lobes tells."""
+        return traces_lobes(settings)
 
     def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
         settings, self._setup, self._options = setup.settings, setup, options or FuzzyOptions()
@@ -77,7 +77,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             lambertian=settings.lambertian,
             skip=settings.skip,
             stride=stride,
-            reads_radiosity=self.reads_radiosity(settings),
+            traces_lobes=self.traces_lobes(settings),
         )
         self._passes = Passes(setup, self._frame)
         self._caustics = caustics_of(setup, self._frame)
@@ -116,6 +116,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         self._passes.begin_direct(view, kind, stages, view.histories)
         if lights.has_indirect:
             self._find_indirect(view, kind, stages)
+        else:
+            self._passes.begin_gloss(view, None, kind, stages, view.histories)
         if lights.has_indirect and self._options.inspect and kind.captured:
             self._options.inspect(view, self._frame, lights.vpls, stages)
         if self._caustics and not lights.has_indirect:
@@ -125,8 +127,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             self._caustics.end(view, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
-            if lights.has_near:
-                self._passes.end_gloss(view, lights.cache, kind, stages)
+        self._passes.end_gloss(view, lights.cache, kind, stages)
         if kind.write_history:
             if view.antialiases:
                 reads = kind.read_history
@@ -196,8 +197,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         stages.graph_key = view.number, *lights.numbers
         convergence, kept = lights.convergence(kind), lights.known_to(view)
         kept.near = lights.has_near and convergence is None
-        if lights.has_near:
-            passes.begin_gloss(view, lights.cache, kind, stages, histories)
+        passes.begin_gloss(view, lights.cache, kind, stages, histories)
         if kept.near:
             passes.begin_near(points, lights.vpls, lights.cache, kind, stages, histories.indirect)
         return convergence

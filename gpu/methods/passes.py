@@ -16,7 +16,7 @@ from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.clear_coat import add_clear_coat
-from gpu.indirect.lobe_light import known_light
+from gpu.indirect.lobe_light import KnownLight, known_light
 from gpu.indirect.near_field import NearField
 from gpu.indirect.other_branch import add_other_branch
 from gpu.methods.frame_arrays import FrameArrays
@@ -89,9 +89,9 @@ def leaves_history(settings: RenderSettings) -> bool:
     return settings.skip.temporal_reuse and settings.smooth
 
 
-def reads_radiosity(settings: RenderSettings) -> bool:
-    """Whether lights have the radiosity that rays of specular lobes end in."""
-    return settings.near_field and settings.component is not Component.DIRECT
+def traces_lobes(settings: RenderSettings) -> bool:
+    """Whether rays of specular lobes, glass and coats are traced, which end in the light that VPLs know."""
+    return settings.near_field
 
 
 def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameKind:
@@ -171,7 +171,7 @@ class Passes:
         self._settings = setup.settings
         # The other branch brings direct light, too.
         whole = self._settings.component is Component.FULL
-        self._splits = whole and frame.reads_radiosity and frame.features.specular
+        self._splits = whole and frame.traces_lobes and frame.features.specular
         # So do lobes that a chain goes on in.
         self._draws_lobes = whole and frame.gloss is not None
         frame.chain_samples.splits, frame.chain_samples.seed = self._splits, self._settings.seed
@@ -260,20 +260,19 @@ class Passes:
         if kind.denoise:
             stages.fork("near", "sharing", lambda: self.near_field.share(*args), repeats=kind.captured)
 
-    def begin_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages,
+    def begin_gloss(self, view: ViewState, cache: "RadiosityCache | None", kind: FrameKind, stages: Stages,
                     histories: Histories | None = None) -> None:  # fmt: skip
-        """Begin to find by the `cache` what glossy surfaces and frosted glass show, if there are any and no chains go
-        on by way of them; after `begin`.
+        """Begin to find by the `cache`, if there is one, what glossy surfaces and frosted glass show, if there are any
+        and no chains go on by way of them; after `begin`.
         """
-        frame, gloss, table = self._frame, self._frame.gloss, self._setup.light_sets.table
+        frame, gloss = self._frame, self._frame.gloss
         if gloss is None or frame.chain_samples.lobes:
             return
         history = histories.gloss if histories else None
 
         def rays() -> None:
-            which = direct_samples(1, frame.frame_index, self._settings.seed)
-            whole = self._settings.component is Component.FULL
-            gloss.trace(frame.scene, view.camera, frame.gbuffer, known_light(table, cache, direct=whole), which)
+            which, known = direct_samples(1, frame.frame_index, self._settings.seed), self._known(cache)
+            gloss.trace(frame.scene, view.camera, frame.gbuffer, known, which)
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, gloss.light, read_history=kind.read_history)
             if kind.denoise:
@@ -281,9 +280,13 @@ class Passes:
 
         stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 
-    def end_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages) -> None:
-        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache` what clear coats and
-        glass show besides, if there are any.
+    def _known(self, cache: "RadiosityCache | None") -> KnownLight:
+        """What rays of lobes end in."""
+        return known_light(self._setup.light_sets.table, cache, direct=self._has_direct)
+
+    def end_gloss(self, view: ViewState, cache: "RadiosityCache | None", kind: FrameKind, stages: Stages) -> None:
+        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache`, if there is one, what
+        clear coats and glass show besides, if there are any.
         """
         frame, gloss, splits = self._frame, self._frame.gloss, self._splits and not kind.refines
         coats = frame.features.coats and frame.gbuffer.traces_gloss
@@ -293,13 +296,12 @@ class Passes:
         def add() -> None:
             if gloss is not None:
                 gloss.add(frame.gbuffer, view.radiance)
+            known = self._known(cache)
             if coats:
-                whole = self._settings.component is Component.FULL
                 which = direct_samples(self._setup.sample_counts.samples, frame.frame_index, self._settings.seed)
-                known = known_light(self._setup.light_sets.table, cache, direct=whole)
                 add_clear_coat(frame.scene, frame.size, frame.gbuffer, known, which, view.radiance, frame.features)
             if splits:
-                seen = frame.chain_samples, frame.gbuffer, cache, view.radiance, frame.features
+                seen = frame.chain_samples, frame.gbuffer, known, view.radiance, frame.features
                 add_other_branch(frame.scene, view.camera, frame.size, *seen)
 
         if gloss is not None or splits:

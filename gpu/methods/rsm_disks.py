@@ -34,9 +34,9 @@ class RsmDisks(FuzzyVpl):
         return shared + MAP_PIXEL_BYTES * maps, view + SEED_BYTES * sample_counts.vpl_clusters
 
     @staticmethod
-    def reads_radiosity(settings: RenderSettings) -> bool:
+    def traces_lobes(settings: RenderSettings) -> bool:
         """As `fuzzy-vpl`, with lights that are looked at by rays."""
-        return FuzzyVpl.reads_radiosity(settings) and by_rays(settings)
+        return FuzzyVpl.traces_lobes(settings) and by_rays(settings)
 
     def __init__(self, setup: RenderSetup) -> None:
         super().__init__(setup)

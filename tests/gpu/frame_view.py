@@ -22,10 +22,10 @@ class FrameView(ViewState):
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
-        reads_radiosity: bool = False,
+        traces_lobes: bool = False,
     ) -> None:
         super().__init__(device_scene, size)
-        kinds = {"lambertian": lambertian, "reads_radiosity": reads_radiosity}
+        kinds = {"lambertian": lambertian, "traces_lobes": traces_lobes}
         self.frame = FrameArrays(device_scene, size, **kinds, skip=skip, stride=stride)
 
     def __getattr__(self, name: str) -> Any:

@@ -35,7 +35,7 @@ def shown(coat_roughness: float, *, direct: bool, count: int = 4, number: int = 
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
-    view = FrameView(device_scene, SIZE, lambertian=False, reads_radiosity=True)
+    view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
     view.set_camera(CAMERA)
     view.find_shading_points()
     frame, known = view.frame, known_light(lights.table, cache, direct=direct)

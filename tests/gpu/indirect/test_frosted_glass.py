@@ -30,7 +30,7 @@ def shown(transmission: float = 1.0, *, direct: bool = True) -> tuple[Doubles, D
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=5000, vpl_clusters=100, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
-    view = FrameView(device_scene, SIZE, lambertian=False, reads_radiosity=True)
+    view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
     view.set_camera(CAMERA)
     view.find_shading_points()
     moment = wp.zeros(1, dtype=int, device=CPU)

@@ -36,7 +36,7 @@ class Room:
         choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
         lights = LightSets(device_scene)
         self.cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
-        self.view = FrameView(device_scene, SIZE, lambertian=False, reads_radiosity=True)
+        self.view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
         self.view.set_camera(CAMERA)
         self.view.find_shading_points()
         assert self.view.gloss

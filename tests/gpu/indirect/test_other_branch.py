@@ -5,6 +5,7 @@ import pytest
 from frame_view import FrameView
 from scenes import box, grey, quad, resident_of
 
+from gpu.indirect.lobe_light import known_light
 from gpu.indirect.other_branch import add_other_branch
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Material
@@ -14,24 +15,24 @@ SIZE = (24, 16)
 CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
 
 
-def seen(thickness: float) -> tuple[Doubles, Doubles]:
-    """Of a plate of white glass in a room whose walls emit 1/π and reflect half: the throughput of the likelier branch,
-    and what the other adds to it, in parts of the light there is; (pixel,) each.
+def seen(material: Material) -> tuple[Doubles, Doubles]:
+    """Of a plate of glass in a room whose walls emit 1/π and reflect half: the throughput of the likelier branch, and
+    what the other adds to it, in parts of the light there is; (pixel,) each.
     """
-    glass = Material(base_color=(1.0, 1.0, 1.0, 1.0), transmission=1.0, roughness=0.0, thickness=thickness)
+    thickness = material.thickness
     front = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
     back = quad([-0.49, -0.49, -thickness], [0, 0.98, 0], [0.98, 0, 0], 1)
     parts = [*box(), front, back][: 8 if thickness else 7]
-    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), glass]).generalised()
+    device_scene = resident_of(parts, [grey(0.5, emission=1.0 / np.pi), material]).generalised()
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
-    view = FrameView(device_scene, SIZE, lambertian=False, reads_radiosity=True)
+    view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
     view.chain_samples.splits = True
     view.set_camera(CAMERA)
     view.find_shading_points()
-    frame = view.frame
-    seen_by = frame.scene, view.camera, SIZE, frame.chain_samples, frame.gbuffer, cache, view.radiance
+    frame, known = view.frame, known_light(lights.table, cache, direct=True)
+    seen_by = frame.scene, view.camera, SIZE, frame.chain_samples, frame.gbuffer, known, view.radiance
     add_other_branch(*seen_by, frame.features)
     return frame.gbuffer.throughput.numpy()[:, 0].astype(float), view.radiance.numpy()[:, 0] * np.pi / 2.0
 
@@ -39,8 +40,15 @@ def seen(thickness: float) -> tuple[Doubles, Doubles]:
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
 def test_both_branches_show_all_the_light(thickness: float) -> None:
     """Half of it is emitted, which is exact; the rest is as noisy as VPLs are."""
-    likelier, other = seen(thickness)
+    likelier, other = seen(Material(transmission=1.0, roughness=0.0, thickness=thickness))
     assert 0.01 < other.mean() < 0.2
     assert np.ptp(likelier) > 0.01
     assert (likelier + other).mean() == pytest.approx(1.0, abs=0.01)
     assert likelier + other == pytest.approx(np.ones(SIZE[0] * SIZE[1]), abs=0.2)
+
+
+def test_where_there_is_no_glass_a_coat_has_no_other_branch() -> None:
+    """Also by kernels for scenes that may have some."""
+    likelier, other = seen(Material(clearcoat=1.0))
+    assert likelier.max() < 1.0
+    assert np.all(other == 0.0)

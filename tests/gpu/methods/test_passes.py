@@ -2,12 +2,14 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from scenes import box, column, grey, resident_of
+from pictures import picture
+from scenes import RARE, box, column, grey, quad, resident_of
 
 from gpu.methods.passes import frame_kind, frame_seed, light_samples
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.settings import Method, RenderSettings
+from gpu.scene.types import Material
+from gpu.settings import Component, Method, RenderSettings
 
 SIZE = (12, 8)
 
@@ -63,3 +65,16 @@ def test_chains_are_drawn_by_the_seed_of_the_settings(method: Method) -> None:
     settings = RenderSettings(method=method, seed=7, vpls=64, vpl_clusters=8, sp_clusters=8, photons=1000)
     renderer = Renderer(resident_of(box(), [grey(0.5, emission=1.0)]), SIZE, settings)
     assert renderer._method._frame.chain_samples.seed == 7  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
+@pytest.mark.parametrize("material", RARE)
+def test_direct_and_indirect_light_of_glass_and_coats_add_up(method: Method, material: Material) -> None:
+    """A lamp before and one behind a plate, of which frosted glass shows both, and a coat what it reflects."""
+    lamps = (quad((-0.2, 0.49, z), (0.4, 0.0, 0.0), (0.0, 0.0, 0.2), 1) for z in (-0.4, 0.1))
+    plate = quad((-0.49, -0.49, -0.1), (0.98, 0.0, 0.0), (0.0, 0.98, 0.0), 2)
+    room = resident_of([*box(), *lamps, plate], [grey(0.4), grey(0.0, emission=5.0), material, *RARE]).generalised()
+    full, direct, indirect = (picture(room, method=method, component=component, samples=8) for component in Component)
+    seen = picture(room, method=Method.PATH, component=Component.DIRECT, samples=256)
+    assert direct.mean() == pytest.approx(seen.mean(), rel=0.05)
+    assert (direct + indirect).mean() == pytest.approx(full.mean(), rel=0.01)
