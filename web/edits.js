@@ -53,9 +53,13 @@ export class EditHistory {
 
   /** All that differs, with what is on its way. @returns {SceneEdits} */
   get edits() {
-    const patches = [...this.#sent.map(({ patch }) => patch), ...(this.#next ? [this.#next] : [])];
-    const made = /** @type {Partial<SceneEdits>} */ (patches.reduce(merge, /** @type {unknown} */ (this.#known)));
+    const made = /** @type {Partial<SceneEdits>} */ (this.#unanswered.reduce(merge, /** @type {unknown} */ (this.#known)));
     return { ...NONE, ...made };
+  }
+
+  /** What the server does not know of, or not yet. @returns {unknown[]} */
+  get #unanswered() {
+    return [...this.#sent.map(({ patch }) => patch), ...(this.#next ? [this.#next] : [])];
   }
 
   get canUndo() {
@@ -68,9 +72,11 @@ export class EditHistory {
 
   /**
    * Another scene, or the same on another connection: nothing is on its way.
-   * @param {boolean} stays  it is the same: edits of its own are so again, and what was done can still be undone
+   * @param {boolean} stays  it is the same: edits of its own are so again, what the server has not answered is sent again,
+   *   and what was done can still be undone
    */
   restart(stays) {
+    const unanswered = stays && !this.own ? this.#unanswered.reduce(compose, {}) : {};
     this.#kept = !stays ? null : this.own ? this.edits : this.#kept; // which a short connection may not have come to
     this.own = false;
     this.suns = {};
@@ -81,6 +87,7 @@ export class EditHistory {
     this.#next = null;
     if (stays) this.end();
     else this.#forget();
+    if (Object.keys(/** @type {ScenePatch} */ (unanswered)).length > 0) this.#ask(/** @type {ScenePatch} */ (unanswered));
     this.#changed();
   }
 

@@ -227,6 +227,21 @@ def test_what_is_chosen_stays_so_and_can_be_undone_on_another_connection(page: P
     hears(stage, {"objects": {"chair": {"offset": None}}})
 
 
+def test_what_is_changed_while_the_server_is_away_is_sent_when_it_is_back(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    stage.away = True
+    stage.close(1012)
+    expect(page.locator("#notice")).to_be_visible()
+    page.get_by_label("moved along X").fill("0.5")
+    stage.away = False
+    connections = stage.connections
+    wait_for(page, lambda: stage.connections > connections)
+    stage.welcome()
+    stage.scene(objects=[CHAIR], lights=[LAMP, BULB])
+    hears(stage, {"objects": {"chair": {"offset": [0.5, 0, 0]}}})
+    expect(page.get_by_label("moved along X")).to_have_value("0.5")
+
+
 def test_others_see_what_was_moved_and_what_shines_is_chosen(page: Page, browser: Browser, gradients: Running) -> None:
     """Two viewers of the service itself."""
     with closing(browser.new_context(viewport={"width": 1280, "height": 720})) as context:

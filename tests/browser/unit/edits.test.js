@@ -85,6 +85,21 @@ test("what was done can be undone on another connection", () => {
   assert.deepEqual([shown(), history.canUndo], [undefined, false]);
 });
 
+test("what was not answered on a connection is sent on the next", () => {
+  history.edit(lamp(1));
+  told({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }, 1);
+  history.edit(lamp(2), "drag");
+  history.set({ time: 1 });
+  history.restart(true);
+  assert.deepEqual([sent.at(-1), shown(), history.edits.time], [{ id: 2, patch: { ...lamp(2), time: 1 } }, 2, 1]);
+  told({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }, 0);
+  assert.equal(shown(), 2);
+  told({ lights: { lamp: { intensity: 2 } }, time: 1, materials: {}, objects: {} }, 2);
+  const count = sent.length;
+  history.restart(true);
+  assert.equal(sent.length, count);
+});
+
 test("what is on its way in another scene is not taken for what was sent in the one before", () => {
   history.edit(lamp(2));
   history.restart(false);
