@@ -118,6 +118,11 @@ def test_undo_is_heard_wherever_the_keyboard_is_while_the_sheet_is_open(page: Pa
     hears(stage, {"objects": {"chair": {"offset": None}}})
     page.keyboard.press("Control+y")
     hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
+    cyrillic = {"key": "я", "code": "KeyZ", "ctrlKey": True, "bubbles": True}
+    page.locator("#view").dispatch_event("keydown", cyrillic)
+    hears(stage, {"objects": {"chair": {"offset": None}}})
+    page.keyboard.press("Control+y")
+    hears(stage, {"objects": {"chair": {"offset": [0.02, 0, 0]}}})
     said = len(stage.all("edit"))
     page.keyboard.press("KeyG")
     expect(page.locator("#mixer")).to_be_hidden()

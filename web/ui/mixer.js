@@ -173,7 +173,8 @@ export class Mixer {
   #key(event) {
     if (this.#overlay.hasAttribute("hidden")) return;
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
-    const key = event.key.toLowerCase();
+    // Keyboards of other alphabets have these letters where Latin ones do.
+    const key = /^[a-z]$/i.test(event.key) ? event.key.toLowerCase() : event.code.slice(-1).toLowerCase();
     if (key !== "z" && key !== "y") return;
     event.preventDefault();
     if (key === "y" || event.shiftKey) this.#history.redo();
