@@ -27,6 +27,8 @@ export class Session {
 
   /** @type {import("./protocol.js").Wanted} */
   #wanted;
+  /** What every server takes, whatever the one before took: the page says its size when it is welcome. */
+  #firstSize;
   /** What was wanted and came: the next hello must hold nothing that was refused. @type {import("./protocol.js").Wanted} */
   #granted;
   /** What was wanted before a change of scene, to go back to if that fails. @type {SceneInfo | null} */
@@ -50,6 +52,7 @@ export class Session {
   constructor(api, wanted, events, video) {
     this.#codecs = video ? [...IMAGE_CODECS, "h264"] : IMAGE_CODECS;
     this.#wanted = wanted;
+    this.#firstSize = wanted.size;
     this.#granted = { ...wanted };
     this.#events = events;
     this.#changes = new Changes((id, change) => this.#connection.send({ type: "settings", id, ...change }));
@@ -132,7 +135,7 @@ export class Session {
       this.#epoch += 1;
       this.#acknowledged = 0;
       this.#changes.restart();
-      this.#connection.send({ type: "hello", protocol: PROTOCOL, codecs: this.#codecs, ...this.#wanted });
+      this.#connection.send({ type: "hello", protocol: PROTOCOL, codecs: this.#codecs, ...this.#wanted, size: this.#firstSize });
     }
     this.#events.connection(state);
   }
