@@ -30,6 +30,7 @@ from server.walk.stirring import Stirring
 from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import (
     Ack,
+    BadEditError,
     CodecName,
     Edit,
     Edits,
@@ -180,6 +181,8 @@ class Viewer:
                         await self._edit(message)
                     case Hello():
                         raise UserError("type: hello was already said")
+            except BadEditError as error:
+                await self._refuse_edit(error, error.id)
             except UserError as error:
                 await self._fail(ErrorCode.BAD_MESSAGE, error)
             self._stir()
@@ -216,8 +219,16 @@ class Viewer:
                 edited.end_own(viewer, share=message.share)
             self._edited(self._shown[0])
         except (UserError, TooBusyError) as error:
-            await self._fail(ErrorCode.EDIT_REFUSED, error)
-        self._last_edit = message.id
+            await self._refuse_edit(error, message.id)
+        else:
+            self._dealt_with(message.id)
+
+    async def _refuse_edit(self, error: Exception, number: int) -> None:
+        await self._fail(ErrorCode.EDIT_REFUSED, error)
+        self._dealt_with(number)
+
+    def _dealt_with(self, number: int) -> None:
+        self._last_edit = number
         self._edits_changed.set()
 
     def _edited(self, scene: SceneRef) -> None:

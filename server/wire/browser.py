@@ -397,12 +397,32 @@ def check_rigid(matrix: tuple[float, ...]) -> None:
         raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
 
 
+class _AnyEdit(BaseModel):
+    """What is answered of an edit, whatever else it is."""
+
+    type: Literal["edit"]
+    id: Id
+
+
+class BadEditError(UserError):
+    """An edit that cannot be; id: by which its viewer waits for an answer."""
+
+    def __init__(self, words: str, id_: int) -> None:
+        super().__init__(words)
+        self.id = id_
+
+
 def parse_viewer_message(text: str | bytes) -> AnyViewerMessage:
-    """The typed message in a JSON text; UserError says which field is wrong and why."""
+    """The typed message in a JSON text; UserError says which field is wrong and why, BadEditError of an edit."""
     try:
         return _viewer_message.validate_json(text)
     except ValidationError as error:
-        raise UserError(describe(error)) from None
+        words = describe(error)
+    try:
+        edit = _AnyEdit.model_validate_json(text)
+    except ValidationError:
+        raise UserError(words) from None
+    raise BadEditError(words, edit.id)
 
 
 def describe(error: ValidationError) -> str:

@@ -220,7 +220,10 @@ def test_a_bad_edit_changes_nothing_and_says_why(running: Running, visit: Visit)
     assert error["message"] == "lights.moon: the scene has no such light; it has lamp"
     assert walker.word("edits")["edit"] == 1
     walker.send("edit", id=2, patch={"lights": {"lamp": {"intensity": -1}}})
-    assert "patch.lights.lamp.intensity" in walker.word("error", code="bad-message")["message"]
+    assert "patch.lights.lamp.intensity" in walker.word("error", code="edit-refused")["message"]
+    assert walker.word("edits")["edit"] == 2
+    walker.send("edit", id=0, patch={})  # which nothing is answered to
+    assert walker.word("error", code="bad-message")["message"].startswith("edit.id")
 
 
 def test_a_service_may_take_no_edits(serve: Callable[..., Running], visit: Visit) -> None:
