@@ -1,7 +1,7 @@
 /** Wires the page: what the user does becomes poses and settings; what the server sends becomes pictures and words. */
 
 import { Address } from "./address.js";
-import { exportAddress } from "./export.js";
+import { exportAddress, ExportError, withEdits } from "./export.js";
 import { decimalsOf, toFile, toWorld } from "./frame.js";
 import { writeLink } from "./link.js";
 import { isVideo } from "./protocol.js";
@@ -72,6 +72,7 @@ const mixer = new Mixer({
   own: (id, own, share) => session.own(id, own, share),
   camera: () => camera.matrix(),
   redraw: wake,
+  save: saveScene,
 });
 const player = new Player((patch) => mixer.set(patch));
 const wanted = {
@@ -289,6 +290,19 @@ async function savePicture() {
   const { width, height, phase, samples, targetSamples } = shown;
   download(await screen.picture(), `${scene.name}-${width}x${height}.png`);
   notice.say(phase === "final" ? "The picture is saved" : `The picture is saved as it is: ${samples} of ${targetSamples}`);
+}
+
+/** @param {string} address @param {import("./messages.js").SceneEdits} edits */
+async function saveScene(address, edits) {
+  const name = `${scene?.name}.glb`;
+  notice.say("The file is being made");
+  try {
+    download(await withEdits(address, edits), name);
+    notice.say("The scene is saved");
+  } catch (error) {
+    if (!(error instanceof ExportError)) throw error;
+    notice.complain(error.message);
+  }
 }
 
 // --- what the server says --------------------------------------------------------------------------------------------

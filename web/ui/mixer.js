@@ -6,7 +6,6 @@
 import { movedTo, sizedTo, targetOf, turnedFrom } from "../chosen.js";
 import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
-import { withEdits } from "../export.js";
 import { stepIn } from "../moving.js";
 import { offer } from "./choice.js";
 import { Gizmo } from "./gizmo.js";
@@ -28,6 +27,7 @@ import { Sheet } from "./sheet.js";
  * @property {(id: number, own: boolean, share: boolean) => void} own  edits are this viewer's own, or those of all
  * @property {() => number[]} camera  its place, column-major, camera to world
  * @property {() => void} redraw  asks for `draw`
+ * @property {(address: string, edits: import("../messages.js").SceneEdits) => void} save  the scene with its own edits
  */
 
 export class Mixer {
@@ -92,6 +92,11 @@ export class Mixer {
     this.#own.addEventListener("change", () => this.#history.setOwn(this.#own.checked));
     this.#share.addEventListener("click", () => this.#history.setOwn(false, true));
     this.#reset.addEventListener("click", () => this.#history.reset());
+    this.#export.addEventListener("click", (event) => {
+      if (this.#address === null || !this.#history.own) return;
+      event.preventDefault();
+      events.save(this.#address, this.#history.edits);
+    });
     this.sheet.onShow = (open) => {
       this.#overlay.toggleAttribute("hidden", !open);
       events.redraw();
@@ -230,7 +235,7 @@ export class Mixer {
     this.#share.hidden = !own;
     text("own-hint").textContent = own ? "Only you see these changes, and none of others." : "All who look at this scene see these changes.";
     this.#export.hidden = this.#address === null;
-    if (this.#address !== null) this.#export.href = own ? withEdits(this.#address, this.#history.edits) : this.#address;
+    if (this.#address !== null) this.#export.href = this.#address;
     this.#reset.disabled = time === null && [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
     this.#marks.show(
       this.#rows.flatMap((row) => {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { exportAddress, withEdits } from "../../../web/export.js";
+import { exportAddress, ExportError, withEdits } from "../../../web/export.js";
 
 const API = new URL("http://here/walk/api/v1/");
 
@@ -17,9 +17,19 @@ test("a scene is named by its id, and by how it is read", () => {
   assert.deepEqual(words.getAll("storeys"), ["ground, east", "first"]);
 });
 
-test("a viewer's own edits go along", () => {
+test("a viewer's own edits go along, and a refusal is told in the server's words", async () => {
   const edits = { time: null, animation: null, lights: { "a & b": { on: false } }, materials: {}, objects: {} };
-  const url = new URL(withEdits(address("a.ifc", { up: "z" }), edits));
-  assert.deepEqual(JSON.parse(url.searchParams.get("edits") ?? ""), edits);
-  assert.equal(url.searchParams.get("up"), "z");
+  /** @type {unknown[]} */
+  const asked = [];
+  const { fetch } = globalThis;
+  const answers = [new Response("glTF"), new Response('{"message": "too busy"}', { status: 429 })];
+  globalThis.fetch = async (url, init) => {
+    asked.push([url, init?.method, JSON.parse(String(init?.body))]);
+    return /** @type {Response} */ (answers.shift());
+  };
+  const url = address("a.ifc", { up: "z" });
+  assert.equal(await (await withEdits(url, edits)).text(), "glTF");
+  assert.deepEqual(asked, [[url, "POST", edits]]);
+  await assert.rejects(withEdits(url, edits), new ExportError("too busy"));
+  globalThis.fetch = fetch;
 });

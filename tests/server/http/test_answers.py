@@ -61,7 +61,7 @@ def test_head_of_an_endless_stream_ends() -> None:
         ("POST", "/healthz", "GET, HEAD"),
         ("PATCH", "/api/v1/scenes/cornell-box/load", "POST"),
         ("DELETE", "/api/v1/scenes/rooms/hall.glb/unload", "POST"),
-        ("PATCH", "/api/v1/scenes/rooms/hall.glb/export.glb", "GET, HEAD"),
+        ("PATCH", "/api/v1/scenes/rooms/hall.glb/export.glb", "GET, HEAD, POST"),
         ("DELETE", "/main.js", "GET, HEAD"),
         ("POST", "/api/docs/files/swagger-ui.css", "GET, HEAD"),
     ],

@@ -36,10 +36,11 @@ def test_a_scene_is_downloaded_with_its_edits(serve: Callable[..., Running], tmp
     assert (answer.status_code, answer.content) == (200, b"glTF with lamp")
     assert answer.headers["Content-Type"] == "model/gltf-binary"
     assert answer.headers["Content-Disposition"] == "attachment; filename*=UTF-8''a%20hall.glb"
-    own = service.http.get(f"{place}/export.glb", params={"edits": '{"lights": {"sky": {"on": false}}}'})
+    materials = {f"material {number}": {"color": [0.1, 0.2, 0.3]} for number in range(900)}  # too long for an address
+    own = service.http.post(f"{place}/export.glb", json={"lights": {"sky": {"on": False}}, "materials": materials})
     assert own.content == b"glTF with sky"
-    for wrong in ("{", '{"lights": {"sky": {"on": 5}}}'):
-        assert service.http.get(f"{place}/export.glb", params={"edits": wrong}).status_code == 422
+    wrong = service.http.post(f"{place}/export.glb", json={"lights": {"sky": {"on": 5}}})
+    assert wrong.status_code == 422
     assert service.http.get("/api/v1/scenes/nowhere.glb/export.glb").status_code == 404
     with service.service.exporting.taken("127.0.0.1"):
         assert service.http.get(f"{place}/export.glb").status_code == 429
