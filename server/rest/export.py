@@ -1,7 +1,7 @@
 """/scenes/ID/export.glb: a scene as a file, with its edits in it."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Response
@@ -20,7 +20,7 @@ from server.wire.browser import SceneId
 from server.wire.worker import STILLS, Export
 
 GLB = "model/gltf-binary"
-FILE = {200: {"content": {GLB: {"schema": {"type": "string", "format": "binary"}}}}}
+FILE: dict[int | str, Any] = {200: {"content": {GLB: {"schema": {"type": "string", "format": "binary"}}}}}
 
 router = APIRouter(prefix="/api/v1/scenes")
 
