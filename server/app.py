@@ -27,7 +27,7 @@ from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
 from server.http.sparse_log import make_sparse
 from server.http.websocket import WebSocket
-from server.logs import configure
+from server.logs import configure, has_room
 from server.render.activity import Activity, EngineState
 from server.render.devices import chosen_devices
 from server.render.engine import WORKER
@@ -220,8 +220,9 @@ def _announcer(engines: EnginePool, server: uvicorn.Server, url: str) -> Callabl
 
 def _say(text: str, to: TextIO) -> None:
     """Print a line, unless nobody reads it, or its file has no room: that is no fault of the engine that is heard."""
-    with suppress(OSError):
-        print(text, file=to, flush=True)
+    if has_room(to):
+        with suppress(OSError):
+            print(text, file=to, flush=True)
 
 
 def _url(settings: ServerSettings, port: int, *, with_token: bool) -> str:

@@ -1,7 +1,10 @@
 import json
 import logging
+import os
+import sys
 from collections.abc import Iterator
 from contextvars import copy_context
+from threading import Thread
 
 import pytest
 
@@ -62,3 +65,19 @@ def test_questions_to_replicas_are_no_lines(capsys: pytest.CaptureFixture[str]) 
     configure(LogFormat.TEXT)
     logging.getLogger("httpx").info("HTTP Request: GET http://10.0.0.2:8000/r/0/readyz")
     assert capsys.readouterr().err == ""
+
+
+def test_a_pipe_that_nobody_reads_stops_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines are lost until it has room again; those of a long one's pieces that it has room for are there."""
+    reads, writes = os.pipe()
+    with open(writes, "w", buffering=1) as writer, open(reads, "rb", buffering=0) as reader:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stderr", writer)
+        configure(LogFormat.TEXT)
+        logs = Thread(target=lambda: [log.info("%d %s", number, "x" * 3000) for number in range(100)], daemon=True)
+        logs.start()
+        logs.join(20.0)
+        assert not logs.is_alive()
+        told = reader.read(1 << 20)
+        assert 50_000 < len(told) < 100_000
+        log.info("there is room")
+        assert reader.read(1 << 20).endswith(b": there is room\n")
