@@ -6,7 +6,6 @@ A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__M
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -214,20 +213,27 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
             raise UserError(
                 f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
             )
-        best = replace(BEST, samples=paths_of(Quality.BEST)) if settings.method.refines_by_samples else BEST
         for name in COUNTS:
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
-            if settings.quality is Quality.BEST and wanted is None and (most := getattr(best, name)) > limit:
+            if wanted is None and (most := _most_left_open(settings, name)) > limit:
                 raise UserError(
-                    f"settings.quality: best takes up to {most} {name}, more than this server's limit of {limit}"
+                    f"settings.quality: {settings.quality} takes up to {most} {name}, more than this server's limit of "
+                    f"{limit}"
                 )
             if settings.has_target and getattr(MOST, name, 0) > limit:
                 raise UserError(
                     f"settings: a target may take up to {getattr(MOST, name)} {name}, more than this server's limit of "
                     f"{limit}; ask for counts instead"
                 )
+
+
+def _most_left_open(settings: RenderSettings, name: str) -> int:
+    """How many of a count that is left open there may be; of what every service has to give, none."""
+    if name == "samples" and settings.method.refines_by_samples:
+        return paths_of(settings.quality)
+    return int(getattr(BEST, name)) if settings.quality is Quality.BEST else 0
 
 
 def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = None) -> ServerSettings:

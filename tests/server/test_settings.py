@@ -127,6 +127,9 @@ def test_the_best_quality_keeps_to_the_limits() -> None:
     paths = best.model_copy(update={"method": Method.PATH})
     with pytest.raises(UserError, match=r"quality: best takes up to 128 samples, more than .* limit of 100"):
         ServerSettings(max_samples=100).check_render((8, 8), paths, 64)
+    with pytest.raises(UserError, match=r"quality: balanced takes up to 64 samples, more than .* limit of 10"):
+        ServerSettings(max_samples=10).check_render((8, 8), RenderSettings(method=Method.PATH), 64)
+    ServerSettings(max_samples=10).check_render((8, 8), RenderSettings(method=Method.PATH, samples=10), 64)
 
 
 @pytest.mark.parametrize(
