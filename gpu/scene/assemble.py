@@ -10,6 +10,7 @@ from gpu.scene import validate
 from gpu.scene.blending import blending_notes
 from gpu.scene.boxes import box
 from gpu.scene.bulk import Bulk, bulk_of
+from gpu.scene.covered_lights import covered_lights
 from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
 from gpu.scene.emitted_power import emitted_power
@@ -108,6 +109,8 @@ def assemble(
     )
     if not _is_lit(scene):
         return _with_light(scene)
+    if covered := covered_lights(scene):
+        scene = replace(scene, report=replace(scene.report, notes=(*scene.report.notes, *covered)))
     if not found.cameras and _stands_outside(cameras[0], low, high) and is_shut_in(scene):
         # Its fronts may face outwards, as those of a cube that became a room: there is nothing to see but from within.
         inwards = default_camera(vertices, triangles[member][:, ::-1], placement, glass)
