@@ -8,14 +8,13 @@ from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
+from gpu.scene.usd.layers import LAYERS
 from gpu.scene.wording import shortened
 
-LAYERED = (".usd", ".usda", ".usdc", ".usdz")
-"""Those of SUFFIXES whose scenes are made of further files that are scenes too."""
 SUFFIXES = (
     *(".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".fbx", ".ifc", ".ifczip", ".step", ".stp"),
     *(".dae", ".zae", ".3mf"),
-    *LAYERED,
+    *LAYERS,
 )
 """How the names of scene files end, in lower case."""
 _PACKED = (".zip", ".7z", ".rar", ".gz", ".tgz", ".tar", ".bz2", ".xz")

@@ -7,8 +7,9 @@ from pathlib import Path, PurePosixPath
 from shutil import copyfileobj
 
 from gpu.errors import SceneError
-from gpu.scene.load import LAYERED, SUFFIXES
+from gpu.scene.load import SUFFIXES
 from gpu.scene.package import MAX_RATIO, entry_name
+from gpu.scene.usd.layers import LAYERS
 from server.scenes.clutter import is_clutter
 
 MAX_FILES = 2000
@@ -52,7 +53,7 @@ def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
 def _one_scene(archive: Path, paths: list[PurePosixPath]) -> PurePosixPath:
     """The scene among `paths`; layers deeper than another are what that one is made of. Raises SceneError."""
     scenes = [path for path in paths if path.suffix.lower() in SUFFIXES]
-    if all(path.suffix.lower() in LAYERED for path in scenes):
+    if all(path.suffix.lower() in LAYERS for path in scenes):
         scenes = [path for path in scenes if len(path.parts) == min(len(scene.parts) for scene in scenes)]
     if len(scenes) == 1:
         return scenes[0]

@@ -15,9 +15,8 @@ from gpu.scene.files import confined_file, read_bytes
 from gpu.scene.limits import SceneLimits
 from gpu.scene.package import entry_name
 from gpu.scene.remarks import Remarks
+from gpu.scene.usd.layers import LAYERS
 from gpu.scene.validate import check_count
-
-LAYERS = (".usd", ".usda", ".usdc", ".usdz")
 
 
 @dataclass(frozen=True)
