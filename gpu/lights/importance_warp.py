@@ -5,6 +5,7 @@ The image is a square of a power of two of pixels along each side, in Morton's o
 other are a square of the next coarser level.
 """
 
+import numpy as np
 import warp as wp
 
 from gpu.core.constants import FAR_AWAY
@@ -79,20 +80,23 @@ def warped_pixel(pyramid: ImportancePyramid, point: wp.vec2) -> int:
 
 
 @wp.kernel
-def warped_seed_kernel(first: int, pyramid: ImportancePyramid, seeds: wp.array[int]) -> None:
-    """One thread a seed: the pixel that its point of Halton's sequence goes to, −1 for none; seeds (seed,)."""
+def warped_seed_kernel(first: int, pyramid: ImportancePyramid, shift: wp.vec2, seeds: wp.array[int]) -> None:
+    """One thread a seed: the pixel that its shifted point of Halton's sequence goes to, −1 for none; seeds (seed,)."""
     seed = first + wp.tid()
-    seeds[seed] = warped_pixel(pyramid, halton_point(seed))
+    point = halton_point(seed) + shift
+    seeds[seed] = warped_pixel(pyramid, wp.vec2(point[0] - wp.floor(point[0]), point[1] - wp.floor(point[1])))
 
 
 class ImportanceWarp:
     """Spreads seeds over an image of up to atlas_side² pixels by their importance; its arrays are allocated once.
 
-    importance (pixel,), which is not negative, is written by the caller.
+    importance (pixel,), which is not negative, is written by the caller. seed: of the points, which are those of
+    Halton's sequence where it is 0, else shifted around the square (Cranley and Patterson 1976).
     """
 
-    def __init__(self, pixels: int, atlas_side: int, device: wp.Device) -> None:
+    def __init__(self, pixels: int, atlas_side: int, device: wp.Device, seed: int = 0) -> None:
         self.device = device
+        self._shift = wp.vec2(*(np.random.default_rng(seed).random(2) if seed else (0.0, 0.0)))
         self._sizes, levels = [pixels], atlas_side.bit_length() - 1
         for _ in range(levels):
             self._sizes.append(-(-self._sizes[-1] // 4))
@@ -107,4 +111,4 @@ class ImportanceWarp:
         """Write the pixel of each of `seeds` (seed,), −1 for all where nothing has importance."""
         for level in range(1, len(self._sizes)):
             launch(pyramid_level_kernel, self._sizes[level], [self._pyramid, level], self.device)
-        launch(warped_seed_kernel, len(seeds), [self._pyramid, seeds], self.device)
+        launch(warped_seed_kernel, len(seeds), [self._pyramid, self._shift, seeds], self.device)

@@ -58,7 +58,7 @@ class RsmLights(ClusteredLights):
         pixels = self._maps.count * side**2
         self._pixels = allocate_vpls(pixels, device)
         self._importance = BidirectionalImportance(device)
-        self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device)
+        self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device, setup.settings.seed)
         self.clustering = ShadowMapClustering(pixels, min(clusters, pixels), device)
         self._lights = GroupLights(pixels, self.clustering.count, device)
         self.vpls = self._lights.vpls

@@ -17,9 +17,9 @@ def halton(index: int, base: int) -> float:
     return value
 
 
-def seeds_of(importance: Doubles, side: int) -> Ints:
+def seeds_of(importance: Doubles, side: int, seed: int = 0) -> Ints:
     """The pixels of seeds by an image's importance, in Morton's order."""
-    warp = ImportanceWarp(len(importance), side, CPU)
+    warp = ImportanceWarp(len(importance), side, CPU, seed)
     warp.importance.assign(importance.astype(np.float32))
     seeds = wp.zeros(SEEDS, dtype=int, device=CPU)
     warp.run(seeds)
@@ -64,6 +64,13 @@ def test_seeds_are_as_many_as_pixels_are_important() -> None:
     assert (found < 256).mean() == pytest.approx(5.0 / 6.0, abs=0.005)
     # Evenly, too: no pixel of the same importance has far more than another.
     assert np.ptp(np.bincount(found, minlength=512)[:256]) <= 8  # at random it is 14
+
+
+def test_other_seeds_have_other_places_that_are_as_even() -> None:
+    first, again, other = (seeds_of(np.ones(1024), 32, seed) for seed in (7, 7, 8))
+    assert np.array_equal(first, again)
+    assert (first == other).mean() < 0.02
+    assert np.ptp(np.bincount(first, minlength=1024)) <= 4
 
 
 def test_nothing_important_has_no_seeds() -> None:
