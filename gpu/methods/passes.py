@@ -173,7 +173,8 @@ class Passes:
         whole = self._settings.component is Component.FULL
         self._splits = whole and frame.traces_lobes and frame.features.specular
         # So do lobes that a chain goes on in.
-        self._draws_lobes = whole and frame.gloss is not None
+        by_photons = self._settings.method is Method.PHOTON_GATHER and frame.features.lobes
+        self._draws_lobes = whole and (frame.gloss is not None or by_photons)
         frame.chain_samples.splits, frame.chain_samples.seed = self._splits, self._settings.seed
         # Shadow maps know light's first bounce alone.
         bounces = 1 if self._settings.method is Method.RSM_DISKS else setup.bounces

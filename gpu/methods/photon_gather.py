@@ -135,7 +135,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             self._caustics.end(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
-            if self._receivers is not None:
+            if self._receivers is not None and not frame.chain_samples.lobes:
                 gloss = self._receivers.light
                 stages.run("gloss", lambda: points.add(gloss, view.radiance))
 

@@ -7,6 +7,7 @@ from scenes import RARE, box, grey, quad, resident_of
 from stage_order import noted_stages
 
 from gpu.device_scene.upload import DeviceScene
+from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
 from gpu.scene.types import Floats, Material
@@ -62,6 +63,21 @@ def test_glass_is_matt_and_a_coat_nothing_where_nothing_shows_them_besides(mater
     ]
     assert light[1].mean() > 1.0
     assert light[0].mean() == pytest.approx(light[1].mean(), rel=0.02)
+
+
+def test_at_rest_glass_is_seen_through() -> None:
+    """A pane before a dark half of a room, which it would outshine if it were matt."""
+    pane = quad((-0.49, -0.49, 0.0), (0.98, 0.0, 0.0), (0.0, 0.98, 0.0), 1)
+    lamp = quad((-0.2, 0.49, 0.1), (0.4, 0.0, 0.0), (0.0, 0.0, 0.3), 2)
+    glass = Material(transmission=1.0, roughness=0.3)
+    room = resident_of([*box(), lamp, pane], [grey(0.3), glass, grey(0.0, 5.0), *RARE]).generalised()
+    renderer = Renderer(room, SIZE, RenderSettings(method=Method.PHOTON_GATHER, **COUNTS))
+    mean = Accumulation(SIZE[0] * SIZE[1], room.device)
+    first, *_, rests = (renderer.render(CAMERA, mean).radiance() for _ in range(24))
+    paths = picture(room, method=Method.PATH, samples=128)
+    assert first.mean() > 2.0 * paths.mean()
+    # The first four frames are of matt glass.
+    assert rests.mean() == pytest.approx((20.0 * paths.mean() + 4.0 * first.mean()) / 24.0, rel=0.1)
 
 
 def walked(room: DeviceScene, settings: RenderSettings) -> Floats:
