@@ -24,7 +24,7 @@ from gpu.scene.types import Doubles
 from gpu.vpl.group_sampling import PARTS, group_table, sum_parts
 from gpu.vpl.shadow_rays import shadow_rays
 
-SEEDS = 200
+SEEDS = 100
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """What clear coats show in single frames: as much as `path` says, by what is below and by the coat itself."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,19 +12,27 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_samples
 from gpu.indirect.clear_coat import add_clear_coat
 from gpu.indirect.lobe_light import known_light
+from gpu.lights.light_table import LightTable
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles
 from gpu.vpl.light_sets import LightSetChoice, LightSets
+from gpu.vpl.radiosity_cache import RadiosityCache
 
 SIZE = (24, 16)
 CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
 
 
-def room(coat_roughness: float) -> DeviceScene:
-    """A white plate with a coat in a room whose walls emit 1/π and reflect half, so that light of 2/π is all around."""
+@cache
+def room(coat_roughness: float) -> tuple[DeviceScene, LightTable, RadiosityCache]:
+    """A white plate with a coat in a room whose walls emit 1/π and reflect half, so that light of 2/π is all around;
+    and its light.
+    """
     coated = replace(grey(1.0), clearcoat=0.8, clearcoat_roughness=coat_roughness)
     plate = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
-    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated, *RARE]).generalised()
+    device_scene = resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated, *RARE]).generalised()
+    lights = LightSets(device_scene)
+    choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
+    return device_scene, lights.table, lights.radiosity(lights.made(choice, lambda what, fraction: None))
 
 
 def shown(coat_roughness: float, *, direct: bool, count: int = 4, number: int = 0) -> tuple[Doubles, Doubles]:
@@ -31,14 +40,11 @@ def shown(coat_roughness: float, *, direct: bool, count: int = 4, number: int = 
 
     count: samples of direct light; number: of the frame.
     """
-    device_scene = room(coat_roughness)
-    lights = LightSets(device_scene)
-    choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
-    cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
+    device_scene, table, cache = room(coat_roughness)
     view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
     view.set_camera(CAMERA)
     view.find_shading_points()
-    frame, known = view.frame, known_light(lights.table, cache, direct=direct)
+    frame, known = view.frame, known_light(table, cache, direct=direct)
     frame.frame_index.fill_(number)
     samples = direct_samples(count, frame.frame_index, 0)
     add_clear_coat(frame.scene, SIZE, frame.gbuffer, known, samples, view.radiance, frame.features)

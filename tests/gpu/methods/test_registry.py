@@ -175,10 +175,12 @@ def check_memory(room: DeviceScene, choice: dict[str, Any]) -> None:
     before = held()
     renderer = Renderer(room, size, settings, None, light_sets)
     first = renderer.new_view()
-    renderer.render(CAMERA, view=first)
+    with noted_kernels():
+        renderer.render(CAMERA, view=first)
     both = held()
     second = renderer.new_view()
-    renderer.render(CAMERA, view=second)
+    with noted_kernels():
+        renderer.render(CAMERA, view=second)
     method, counts = method_of(settings), sample_counts_of(settings, room.device)
     shared, view = method.cluster_bytes(counts)
     a_pixel, a_view_pixel = method.bytes_a_pixel(room.features(lambertian=settings.lambertian))

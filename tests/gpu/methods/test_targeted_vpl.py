@@ -1,4 +1,4 @@
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -13,6 +13,7 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.adaptive.governor import ErrorGovernorParameters, Governor
 from gpu.adaptive.levels import FOR_ERROR, FOR_TIME, Level
+from gpu.core.kernel_loading import noted_kernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
@@ -93,9 +94,16 @@ def simulated_times(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
 
 
+@pytest.fixture
+def nothing_launched() -> Iterator[None]:
+    """Times and counts are as they would be, and no picture is made."""
+    with noted_kernels():
+        yield
+
+
 @pytest.mark.parametrize("target", [10.0, 40.0])
 def test_the_first_picture_has_the_counts_that_meet_the_time(
-    room: DeviceScene, simulated_times: None, target: float
+    room: DeviceScene, nothing_launched: None, simulated_times: None, target: float
 ) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
     for _ in range(2):
@@ -108,7 +116,7 @@ def test_the_first_picture_has_the_counts_that_meet_the_time(
 
 @pytest.mark.parametrize("walks", [False, True])
 def test_walks_aim_at_a_little_less_time_and_all_frames_at_a_little_more_error(
-    room: DeviceScene, simulated_times: None, walks: bool
+    room: DeviceScene, nothing_launched: None, simulated_times: None, walks: bool
 ) -> None:
     for target, least, most in (
         ({"target_ms": 20.0}, *[19.6 if walks else 20.0] * 2),
@@ -120,7 +128,9 @@ def test_walks_aim_at_a_little_less_time_and_all_frames_at_a_little_more_error(
         assert least - 1e-9 < governor_of(renderer)._target < most + 1e-9
 
 
-def test_what_the_host_takes_is_of_a_wanted_time(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_host_takes_is_of_a_wanted_time(
+    room: DeviceScene, nothing_launched: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     now, host = [0.0], 6.0
 
     def milliseconds(stages: Stages) -> dict[str, float]:
@@ -162,7 +172,9 @@ def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room:
     assert share(target_error=1e-3) == pytest.approx(FOR_ERROR.below, rel=0.06)
 
 
-def test_wanted_vpls_bound_the_clusters_of_them(room: DeviceScene, simulated_times: None) -> None:
+def test_wanted_vpls_bound_the_clusters_of_them(
+    room: DeviceScene, nothing_launched: None, simulated_times: None
+) -> None:
     """Few of many members would be shaded member by member, and many of few members are VPLs."""
     for target in (5.0, 1e4):
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
@@ -193,7 +205,7 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, si
 
 
 def test_what_is_launched_on_a_condition_comes_after_what_was_forked(
-    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, nothing_launched: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """CUDA refuses a graph with such a branch while something else is under way in it."""
     ran = list[str]()
@@ -225,7 +237,7 @@ def test_captured_cuda_graphs_have_the_passes_of_each_frame(monkeypatch: pytest.
 
 
 def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
-    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, nothing_launched: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It takes ten times as long; were that believed, the next frames would have far fewer clusters."""
     target, rate = 40.0, [RATE]
@@ -248,7 +260,9 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
 
 
-def test_what_a_walks_first_picture_takes_is_not_learnt(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_walks_first_picture_takes_is_not_learnt(
+    room: DeviceScene, nothing_launched: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its camera comes back from where frames that nobody sees had swayed it, so that much is new."""
     seen = [False]
 
@@ -270,7 +284,7 @@ def test_what_a_walks_first_picture_takes_is_not_learnt(room: DeviceScene, monke
 
 
 def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
-    room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, nothing_launched: None, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen, look = [], ViewState.set_camera
 
@@ -324,7 +338,9 @@ def test_a_walk_for_an_error_goes_on_with_what_its_first_picture_learnt(
     assert stats.estimates["expected_error"] > 0.0
 
 
-def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: DeviceScene, simulated_times: None) -> None:
+def test_frames_of_a_still_view_keep_the_counts_of_its_first(
+    room: DeviceScene, nothing_launched: None, simulated_times: None
+) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
     first = renderer.render(CAMERA, accumulation).stats.counts
@@ -375,7 +391,7 @@ def test_a_walk_goes_on_where_its_counts_change(room: DeviceScene, simulated_tim
 
 
 def test_lights_that_cannot_be_made_leave_those_that_there_are(
-    room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, nothing_launched: None, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     _, view = steered(renderer)
@@ -396,7 +412,7 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
     assert counts["vpl_clusters"] != level.vpl_clusters
 
 
-def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) -> None:
+def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene, nothing_launched: None) -> None:
     renderer = Renderer(room, SIZE, RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
     lights = steered(renderer)[0]._method.lights
     lights.check_room(lights.room[0])
@@ -406,7 +422,7 @@ def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) 
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
-    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, nothing_launched: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nor do later frames of a still view: neither is of a wanted time."""
     now = [0.0]
