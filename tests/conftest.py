@@ -1,8 +1,13 @@
 import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from gpu.scene.default_view import default_camera
+from gpu.scene.types import Camera, Floats, Integers, Mask, Placement
 
 # Threads of FLIP that have nothing to do would spin on cores that others want: 0.1 s for each small picture.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -85,6 +90,22 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip(f"needs the scenes and references of {folder}")
     return folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def views() -> Iterator[None]:
+    """Thousands of tests have one of a few hundred scenes without a camera: the view of each is looked for once."""
+    found: dict[tuple[Any, ...], Camera] = {}
+
+    def view(vertices: Floats, triangles: Integers, placement: Placement, glass: Mask) -> Camera:
+        key = placement, *(hash(array.tobytes()) for array in (vertices, triangles, glass))
+        if key not in found:
+            found[key] = default_camera(vertices, triangles, placement, glass)
+        return found[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gpu.scene.assemble.default_camera", view)
+        yield
 
 
 @pytest.fixture(scope="session")

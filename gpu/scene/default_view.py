@@ -13,6 +13,7 @@ from gpu.scene.types import Camera, Doubles, Floats, Integers, Mask, Placement
 
 _SAMPLES = 10_000
 _AZIMUTHS, _HEIGHTS = 16, 8  # cells of equal solid angle around a point
+_BESIDE = (np.arange(_AZIMUTHS) + np.arange(2, -3, -1)[:, None]) % _AZIMUTHS  # of each, as wide as the picture
 _ALONG, _UP = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)  # where in the scene's box to stand
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
 _COVERED = 0.5  # and of those above the horizon: a lawn with a house on it is no room
@@ -55,7 +56,8 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement, 
     low, high = points.min(axis=0), points.max(axis=0)
     if glass is not None:
         points, normals = points[~glass[faces]], normals[~glass[faces]]
-    stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
+    around = _Surroundings(points, normals)
+    stands = [around.seen_from(low + (high - low) * at) for at in product(_ALONG, _UP, _ALONG)]
     rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED and stand.covered >= _COVERED]
     metre = placement.scale
     height = high[1] - low[1]
@@ -63,7 +65,7 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement, 
         if HEADROOM * metre <= height <= _TALLEST * metre:
             columns = sorted({(float(stand.eye[0]), float(stand.eye[2])) for stand in rooms})
             eyes = standing_eyes(columns, vertices.astype(np.float64), triangles, metre)
-            standing = [_look_around(eye, points, normals) for eye in eyes]
+            standing = [around.seen_from(eye) for eye in eyes]
             rooms = [stand for stand in standing if stand.covered >= _INDOORS] or rooms
         middle = max(rooms, key=lambda stand: stand.openness)
         best = max(rooms, key=lambda stand: stand.view_of(middle))
@@ -88,29 +90,39 @@ def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Do
     return (1.0 - root) * a + root * (1.0 - other) * b + root * other * c, faces[chosen], chosen
 
 
-def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint:
-    """What `eye` sees of `points`: the nearest in each cell of directions."""
-    offsets = points - eye
-    distance = np.maximum(lengths(offsets), 1e-9)
-    azimuth = _azimuth(offsets)
-    height = ((offsets[:, 1] / distance + 1.0) / 2.0 * _HEIGHTS).astype(int).clip(0, _HEIGHTS - 1)
-    cell = azimuth * _HEIGHTS + height
-    nearest = np.full(_AZIMUTHS * _HEIGHTS, np.inf)
-    np.minimum.at(nearest, cell, distance)
-    seen = distance == nearest[cell]
-    fronts = np.einsum("sc,sc->s", offsets[seen], normals[seen]) < 0.0
-    above = fronts & (height[seen] >= _HEIGHTS // 2)
-    depth = np.where(np.isfinite(nearest), nearest, 0.0).reshape(_AZIMUTHS, _HEIGHTS)
-    # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
-    column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
-    return _Standpoint(
-        enclosed=float(fronts.sum()) / nearest.size,
-        covered=float(above.sum()) / (nearest.size / 2),
-        openness=float(column.mean()),
-        views=sum(np.roll(column, turn) for turn in range(-2, 3)) / 5.0,  # as wide as the picture
-        reach=depth[:, _HEIGHTS // 2 - 1 : _HEIGHTS // 2 + 1].min(axis=1),
-        eye=eye,
-    )
+class _Surroundings:
+    """Points (sample, 3) on surfaces with these normals, and what is seen of them from others."""
+
+    def __init__(self, points: Doubles, normals: Doubles) -> None:
+        self._points, self._normals = np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T)
+        self._cells: dict[tuple[float, float], Integers] = {}  # of azimuth, the same for all eyes above one another
+
+    def seen_from(self, eye: Doubles) -> _Standpoint:
+        """What `eye` sees of the points: the nearest in each cell of directions."""
+        offsets = self._points - eye[:, None]
+        x, y, z = offsets
+        distance = np.maximum(np.sqrt(x * x + y * y + z * z), 1e-9)
+        column = float(eye[0]), float(eye[2])
+        if column not in self._cells:
+            self._cells[column] = _azimuth(offsets.T) * _HEIGHTS
+        height = np.minimum(((y / distance + 1.0) / 2.0 * _HEIGHTS).astype(np.int64), _HEIGHTS - 1)
+        cell = self._cells[column] + height
+        nearest = np.full(_AZIMUTHS * _HEIGHTS, np.inf)
+        np.minimum.at(nearest, cell, distance)
+        seen = np.flatnonzero(distance == nearest[cell])
+        fronts = np.einsum("cs,cs->s", offsets[:, seen], self._normals[:, seen]) < 0.0
+        above = fronts & (height[seen] >= _HEIGHTS // 2)
+        depth = np.where(np.isfinite(nearest), nearest, 0.0).reshape(_AZIMUTHS, _HEIGHTS)
+        # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
+        open_ = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
+        return _Standpoint(
+            enclosed=float(fronts.sum()) / nearest.size,
+            covered=float(above.sum()) / (nearest.size / 2),
+            openness=float(open_.mean()),
+            views=open_[_BESIDE].sum(axis=0) / len(_BESIDE),
+            reach=depth[:, _HEIGHTS // 2 - 1 : _HEIGHTS // 2 + 1].min(axis=1),
+            eye=eye,
+        )
 
 
 def _azimuth(offsets: Doubles) -> Integers:
