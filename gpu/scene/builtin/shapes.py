@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from math import pi
 
 import numpy as np
@@ -11,6 +12,8 @@ from gpu.scene.builtin.shape import Shape, shaded
 from gpu.scene.types import Doubles, Ints
 
 Points = list[tuple[float, ...]]
+# Along which axes the textures of a box's sides lie: level on those that are upright, and along x on top.
+_TEXTURED = np.array([(2, 1), (0, 2), (0, 1)])
 
 
 def points(text: str) -> Points:
@@ -57,7 +60,15 @@ def picture(width: float, height: float, z: float = 0.01) -> Shape:
 
 def block(low: ArrayLike, high: ArrayLike) -> Shape:
     """The sharp-edged box between corners `low` and `high`."""
-    return box(np.subtract(high, low), 0.0).moved(*(np.add(low, high) / 2))
+    half, unit = np.subtract(high, low) / 2, _cube()
+    uvs = unit.uvs * half[_TEXTURED[np.abs(unit.normals).argmax(axis=1)]]
+    return replace(unit, positions=unit.positions * half, uvs=uvs).moved(*(np.add(low, high) / 2))
+
+
+@cache
+def _cube() -> Shape:
+    """Two metres wide, centred at the origin."""
+    return box((2.0, 2.0, 2.0), 0.0)
 
 
 def box(size: ArrayLike, bevel: float = 0.004, segments: int = 1, fill: int = 1, bulge: float = 0.0) -> Shape:
@@ -79,8 +90,7 @@ def box(size: ArrayLike, bevel: float = 0.004, segments: int = 1, fill: int = 1,
         out = sharp - inner
         reach = np.linalg.norm(out, axis=1, keepdims=True)
         positions.append(inner + out * (bevel / reach if bevel > 0.0 else 0.0))
-        # Textures lie level on the sides and along x on top.
-        uvs.append(sharp[:, [(2, 1), (0, 2), (0, 1)][axis]] * (1.0, 1.0 if axis == 1 else -1.0))
+        uvs.append(sharp[:, _TEXTURED[axis]] * (1.0, 1.0 if axis == 1 else -1.0))
         triangles.append(_grid_triangles(*grid.shape[:2]) + start)
         start += len(sharp)
     corners = np.concatenate(positions)

@@ -44,6 +44,12 @@ def test_encloses_its_volume(name: str) -> None:
     assert agreement(shape) > 0.4
 
 
+def test_a_block_is_a_box_without_bevels() -> None:
+    shape, other = block((1.0, 2.0, 3.0), (1.5, 4.0, 7.0)), box((0.5, 2.0, 4.0), 0.0).moved(1.25, 3.0, 5.0)
+    for field in ("positions", "triangles", "normals", "uvs"):
+        np.testing.assert_array_equal(getattr(shape, field), getattr(other, field))
+
+
 def test_a_bevelled_box_keeps_its_flats_flat_and_its_size() -> None:
     shape = box((1.0, 0.5, 2.0), 0.02, 2)
     np.testing.assert_allclose(np.ptp(shape.positions, axis=0), (1.0, 0.5, 2.0))
