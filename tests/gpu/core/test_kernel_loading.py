@@ -116,6 +116,8 @@ def test_headers_are_read_once_for_all_threads_and_processes(cpu: str) -> None:
 
 
 def test_functions_for_adjoints_are_left_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cpu: str) -> None:
+    headers = header_folder()
+    (tmp_path / headers.name).symlink_to(headers)  # to read them anew takes seconds
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
 
     @wp.struct

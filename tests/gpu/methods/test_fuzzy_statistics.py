@@ -152,7 +152,7 @@ def test_far_vpl_clusters_are_not_shaded_one_by_one(room: DeviceScene, usual: Fr
 
 @pytest.mark.parametrize("method", list(Method))
 def test_an_unchanged_view_is_not_rendered_again(room: DeviceScene, method: Method) -> None:
-    settings = RenderSettings(**QUALITY, method=method, samples=1)
+    settings = RenderSettings(sp_clusters=50, vpls=300, vpl_clusters=40, method=method, samples=1)
     renderer = Renderer(room, SIZE, settings)
     first = renderer.render(CAMERA)
     bits, shown = first.radiance().tobytes(), first.pixels().tobytes()
@@ -244,5 +244,6 @@ def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_an
         return kept
 
     first = a_set * [True] + [False] if many else [True] + a_set * [False]
-    assert lights(EVERY_SKIP, 7 + many) == [*first, *(a_set + 1) * [True]]
-    assert not any(lights(without("unchanged_lights"), 9 + many))
+    with noted_kernels():  # the host chooses
+        assert lights(EVERY_SKIP, 7 + many) == [*first, *(a_set + 1) * [True]]
+        assert not any(lights(without("unchanged_lights"), 9 + many))
