@@ -3,11 +3,13 @@
 Pairs that face away from or lie behind each other get no ray: the representatives exchange no light.
 
 Most others exchange little. A VPL cluster that sends a representative less than a 512th of all its light, if nothing
-hid any, is weak there. Of eight neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32,
-those eights whose weak ones send less than a 512th together share one; the others have a ray each. What that can be
-wrong by at a representative: by less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours,
-and on the whole by no more than the pairs without a ray of their own send. Shadows that begin between neighbours make
-some too bright and others too dark, so that the sum is off by much less.
+hid any, is weak there. Where little of that arrives, as around a lamp whose shade keeps it, all its light counts as
+four times what does, which a ray to one cluster of each PARTS-th of them tells, chosen by its light. Of eight
+neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32, those eights whose weak ones
+send less than a 512th together share one; the others have a ray each. What that can be wrong by at a representative: by
+less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours, and on the whole by no more than
+the pairs without a ray of their own send. Shadows that begin between neighbours make some too bright and others too
+dark, so that the sum is off by much less.
 """
 
 from dataclasses import dataclass
@@ -18,6 +20,8 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.intrinsics import bit_count, lowest_bit, room_in
 from gpu.core.parameters import parameters
+from gpu.device_scene.data import SceneData
+from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance
@@ -34,9 +38,13 @@ NO_LIGHT = wp.constant(-1.0)
 @wp.struct
 @dataclass
 class RayPlanParameters:
-    """weak_share: of a representative's light, were none hidden: a VPL cluster that sends less is weak."""
+    """weak_share: of a representative's light, were none hidden: a VPL cluster that sends less is weak. That light
+    counts as `times_arriving` what arrives at most, and as least_share of itself at least: few rays may find nothing.
+    """
 
     weak_share: float = 1.0 / 512.0
+    times_arriving: float = 4.0
+    least_share: float = 1.0 / 16.0
 
 
 RAY_PLAN_PARAMETERS: RayPlanParameters = parameters(RayPlanParameters)
@@ -93,10 +101,12 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
-    """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
+def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
+                      picks: wp.array[int]) -> None:  # fmt: skip
+    """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light, and one of them that
+    is chosen by it, −1 where there is none.
 
-    parts: (part, place in the SP clusters' order).
+    parts, picks: (part, place in the SP clusters' order).
     """
     index = first + wp.tid()
     fresh = sps.fresh[0]
@@ -105,27 +115,57 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     sp = sps.order[index % fresh]
     vpl = index // fresh
     total = float(0.0)
+    pick = int(-1)
     while vpl < vpls.count:
-        total += wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
+        light = wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
+        total += light
+        chance = float(hashed(wp.uint32(vpl) ^ hashed(wp.uint32(sp)))) * TO_UNIT
+        pick = wp.where(chance * total < light, vpl, pick)
         vpl += PARTS
     parts[index] = total
+    picks[index] = pick
+
+
+@cache
+def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `see`, as gpu.indirect.visibility.visibility_ray_kernel."""
+
+    @wp.kernel(module="unique")
+    def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
+                              picks: wp.array[int], arriving: wp.array[float]) -> None:  # fmt: skip
+        """One thread as of `pair_light_kernel`: arriving, the light of its part where its pick is seen, else 0."""
+        index = first + wp.tid()
+        fresh = sps.fresh[0]
+        if index >= PARTS * fresh:
+            return
+        arriving[index] = 0.0
+        if picks[index] < 0:
+            return
+        sp = sps.order[index % fresh]
+        disk = disk_at(vpls.disks, picks[index])
+        if see(scene, sps.position[sp], sps.geometric_normal[sp], disk.position, disk.normal):
+            arriving[index] = parts[index]
+
+    return arriving_light_kernel
 
 
 @wp.kernel
-def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], chosen: RayPlanParameters,
-                      weak: wp.array[float]) -> None:  # fmt: skip
+def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], arriving: wp.array[float],
+                      chosen: RayPlanParameters, weak: wp.array[float]) -> None:  # fmt: skip
     """One thread a new representative, in order: the light below which a VPL cluster is weak there, weak (place,).
 
-    parts: of `pair_light_kernel`.
+    parts, arriving: of `pair_light_kernel` and `arriving_light_kernel`.
     """
     place = first + wp.tid()
     fresh = sps.fresh[0]
     if place >= fresh:
         return
     total = float(0.0)
+    arrives = float(0.0)
     for part in range(PARTS):
         total += parts[part * fresh + place]
-    weak[place] = chosen.weak_share * total
+        arrives += arriving[part * fresh + place]
+    weak[place] = chosen.weak_share * wp.clamp(chosen.times_arriving * arrives, chosen.least_share * total, total)
 
 
 @cache

@@ -19,6 +19,7 @@ from gpu.indirect.ray_plan import (
     RayPlan,
     RayPlanParameters,
     Run,
+    arriving_light_kernel,
     length_of,
     pair_light_kernel,
     ray_list_kernel,
@@ -118,6 +119,8 @@ class Visibility:
         self._plan: RayPlan = allocate(RayPlan, words, device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
+        self._arriving = wp.zeros_like(self._parts)
+        self._picks = wp.zeros(len(self._parts), dtype=int, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         runs = -(-sp_count // self._run)
         self._counts = wp.zeros(2 * runs, dtype=int, device=device)
@@ -143,8 +146,10 @@ class Visibility:
         """
         count, device, plan, pairs = self._sp_count, self.device, self._plan, self._pairs
         if self._shared_weak_rays:
-            launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts], device)
-            launch(weak_light_kernel, count, [sps, self._parts, self._chosen, self._weak], device)
+            launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts, self._picks], device)
+            inputs = [scene, sps, vpls, self._parts, self._picks, self._arriving]
+            launch(arriving_light_kernel(connection(scene)), len(self._parts), inputs, device)
+            launch(weak_light_kernel, count, [sps, self._parts, self._arriving, self._chosen, self._weak], device)
         plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
         trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))
         words = len(plan.traced)

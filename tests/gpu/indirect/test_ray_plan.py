@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 import warp as wp
 from numpy.typing import NDArray
-from scenes import box, column, grey, resident_of, results, strewn_vpls
+from scenes import box, column, grey, quad, resident_of, results, strewn_vpls
 
 from gpu.core.device import allocate, launch
+from gpu.device_scene.rays import connection
 from gpu.indirect.ray_plan import (
     NO_LIGHT,
     PARTS,
     RAY_PLAN_PARAMETERS,
     RayPlan,
     Run,
+    arriving_light_kernel,
     pair_light,
     pair_light_kernel,
     ray_list_kernel,
@@ -69,11 +71,18 @@ def pair_lights(sps: SpClusters, vpls: VplClusters) -> NDArray:
     return results(each_pair_kernel, SPS * vpls.count, [sps, vpls], float).reshape(vpls.count, SPS)
 
 
-def weak_lights(sps: SpClusters, vpls: VplClusters) -> wp.array:
-    parts = wp.zeros(int(PARTS) * SPS, dtype=float, device=CPU)
-    weak = wp.zeros(SPS, dtype=float, device=CPU)
-    launch(pair_light_kernel, int(PARTS) * SPS, [sps, vpls, parts], CPU)
-    launch(weak_light_kernel, SPS, [sps, parts, RAY_PLAN_PARAMETERS, weak], CPU)
+def part_lights(sps: SpClusters, vpls: VplClusters) -> tuple[wp.array, wp.array]:
+    """The light of parts, and their picks."""
+    parts, picks = (wp.zeros(int(PARTS) * SPS, dtype=kind, device=CPU) for kind in (float, int))
+    launch(pair_light_kernel, int(PARTS) * SPS, [sps, vpls, parts, picks], CPU)
+    return parts, picks
+
+
+def weak_lights(sps: SpClusters, vpls: VplClusters, arrives: float = 1.0) -> wp.array:
+    """arrives: the share of the light that does."""
+    parts, _ = part_lights(sps, vpls)
+    arriving, weak = column(arrives * parts.numpy(), float), wp.zeros(SPS, dtype=float, device=CPU)
+    launch(weak_light_kernel, SPS, [sps, parts, arriving, RAY_PLAN_PARAMETERS, weak], CPU)
     return weak
 
 
@@ -104,7 +113,26 @@ def test_pairs_that_face_away_exchange_nothing(sps: SpClusters, vpls: VplCluster
 
 def test_weak_is_what_sends_less_than_a_512th_of_all_light(sps: SpClusters, vpls: VplClusters) -> None:
     total = np.maximum(pair_lights(sps, vpls), 0.0).sum(axis=0)
-    assert weak_lights(sps, vpls).numpy() == pytest.approx(total / 512.0, rel=1e-4)
+    for arrives, share in ((1.0, 1.0), (0.3, 1.0), (0.1, 0.4), (0.0, 1.0 / 16.0)):
+        assert weak_lights(sps, vpls, arrives).numpy() == pytest.approx(share * total / 512.0, rel=1e-4)
+
+
+def test_a_ray_for_each_part_tells_how_much_light_arrives(sps: SpClusters, vpls: VplClusters) -> None:
+    """Past a wall through the middle nothing does."""
+    wall = resident_of([quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))], [grey(0.5)])
+    parts, picks = part_lights(sps, vpls)
+    light = np.maximum(pair_lights(sps, vpls), 0.0)
+    arriving = wp.zeros_like(parts)
+    inputs = [wall.view(lambertian=True), sps, vpls, parts, picks, arriving]
+    launch(arriving_light_kernel(connection(inputs[0])), int(PARTS) * SPS, inputs, CPU)
+    same = (vpls.disks.numpy()["position"][: vpls.count, 2:] > 0.0) == (sps.position.numpy()[:, 2] > 0.0)
+    total = np.maximum(light.sum(axis=0), 1e-30)  # some are behind all
+    expected = (light * same).sum(axis=0) / total
+    found = arriving.numpy().reshape(int(PARTS), SPS).sum(axis=0) / total
+    assert 0.3 < expected.mean() < 0.9
+    assert found.mean() == pytest.approx(expected.mean(), abs=0.03)
+    # Of two, what sends nearly all has its back to them.
+    assert np.quantile(np.abs(found - expected), 0.9) < 0.2
 
 
 def test_rays_are_shared_by_weak_neighbours_alone(sps: SpClusters, vpls: VplClusters) -> None:
