@@ -12,7 +12,7 @@ from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Light, LightKind
 from gpu.settings import Method
 
-SIZE = (24, 18)
+SIZE = (16, 12)
 # As many bounces as there can be: what comes after is 0.7¹⁸, two parts in a thousand.
 COUNTS = {
     "bounces": 16,

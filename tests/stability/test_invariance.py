@@ -17,7 +17,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Floats
 from gpu.settings import Method
 
-SIZE = (32, 24)
+SIZE = (16, 12)
 # A turn by no round angle, so that no coordinate is a round number.
 TURN = [0.2, -0.33, 0.41, (1.0 - 0.2**2 - 0.33**2 - 0.41**2) ** 0.5]
 EXTENTS = st.floats(-1e6, 1e6)

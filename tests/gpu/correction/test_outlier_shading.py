@@ -76,7 +76,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
 
 def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: Pipeline) -> None:
     exact = fuzzy.of_members()
-    mean = refine(fuzzy, fuzzy.view.shading_points, 25, 1e6, UNBOUNDED).mean(axis=0)
+    mean = refine(fuzzy, fuzzy.view.shading_points, 12, 1e6, UNBOUNDED).mean(axis=0)
     assert mean.mean() == pytest.approx(exact.mean(), rel=0.02)
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 

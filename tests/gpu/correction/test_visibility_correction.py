@@ -13,7 +13,7 @@ from gpu.indirect.irradiance import CHECKS
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles
 
-SEEDS = 200
+SEEDS = 100
 SIZE = (16, 12)
 
 
