@@ -46,9 +46,6 @@ def _header_folder(_: Any) -> str:
 
 
 wp._src.context.Runtime.get_clang_pch_dir = _header_folder
-# Of every struct a module has functions for adjoints, which nothing here calls: compilers leave out those that no other
-# module could.
-wp._src.codegen.struct_template = wp._src.codegen.struct_template.replace("\nCUDA_CALLABLE", "\nstatic CUDA_CALLABLE")
 
 
 @contextmanager

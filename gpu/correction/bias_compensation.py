@@ -18,7 +18,7 @@ from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
-from gpu.device_scene.specialisation import made_for, specialisation
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import delta_light, ris_light, samples_by_power
 from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
@@ -134,7 +134,7 @@ def compensating_light(scene: SceneData, table: LightTable, first: Surface, vpls
     return light
 
 
-@made_for("sheen", "films")
+@made_for(*LOOK, "glass", "panes", "environment")
 def bias_compensation_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from gpu.core.code_generation import pass_by_reference
 from gpu.device_scene.bvh import Bvh
 
 NO_HIT = wp.constant(-1)
@@ -112,6 +113,7 @@ class EnvironmentData:
     columns: wp.array2d[wp.uint32]
 
 
+@pass_by_reference
 @wp.struct
 class SceneData:
     """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after

@@ -7,10 +7,12 @@ ask with a constant first.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, wraps
+from types import SimpleNamespace
 from typing import TypeVarTuple
 
 import warp as wp
 
+from gpu.core.code_generation import tell_constants
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
@@ -36,7 +38,10 @@ def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
     def decorate(make: KernelMaker[*Rest]) -> KernelMaker[*Rest]:
         @cache
         def kernel_of(told: tuple[bool, ...], *rest: *Rest) -> wp.Kernel:
-            return make(replace(EVERYTHING, **dict(zip(names, told, strict=True))), *rest)
+            features = replace(EVERYTHING, **dict(zip(names, told, strict=True)))
+            kernel = make(features, *rest)
+            tell_constants(kernel, SceneData, _absent(features))
+            return kernel
 
         @wraps(make)
         def narrowed(features: SceneFeatures, *rest: *Rest) -> wp.Kernel:
@@ -106,3 +111,10 @@ def specialisation(features: SceneFeatures) -> wp.Function:
         return scene
 
     return specialise
+
+
+def _absent(features: SceneFeatures) -> dict[str, bool | int]:
+    """The fields that `specialisation` writes, and what."""
+    scene = SimpleNamespace()
+    specialisation(features).func(scene)
+    return vars(scene)

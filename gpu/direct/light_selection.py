@@ -15,7 +15,9 @@ from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance
+from gpu.device_scene.specialisation import made_for, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_sampling import sample_light
 from gpu.lights.light_table import LightTable
@@ -116,38 +118,46 @@ def learnt_pick(selection: LightSelection, bins: int, x: float) -> LightPick:
     return pick
 
 
-@wp.kernel(module="unique")
-def probe_lights_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, image: ImageSize,
-                        columns: int, seed: int, probed: ProbedLight) -> None:  # fmt: skip
-    """One thread a probe: a ray from one of its tile's pixels to a sample of one bin's light. All frames of a seed have
-    the same, so that their samples go on complementing each other.
-    """
-    probe = first + wp.tid()
-    probed.sent[probe] = -1.0
-    probed.arrived[probe] = -1.0
-    tile = probe // PROBES
-    part = tile // columns % SQUARE * SQUARE + tile % columns % SQUARE
-    index = probe % PROBES * SQUARE * SQUARE + part
-    place = sobol_pair(probe, PROBE_PAIR, seed)
-    column = tile % columns * TILE + int(place.x * float(TILE))
-    row = tile // columns * TILE + int(place.y * float(TILE))
-    if column >= image.width or row >= image.height:
-        return
-    pixel = row * image.width + column
-    if gbuffer.face[pixel] == NO_HIT:
-        return
-    pick = sobol_pair(probe, PROBE_PAIR + 1, seed)
-    point = sobol_pair(probe, PROBE_PAIR + 2, seed)
-    position = gbuffer.position[pixel]
-    normal = gbuffer.geometric_normal[pixel]
-    value = (wp.uint32(index) << IN_BIN) + (pick.a >> wp.uint32(BIN_BITS))
-    sample = sample_light(scene, table, table.sampled, position, value, point)
-    sent = brightness(sample.irradiance) * wp.max(wp.dot(gbuffer.normal[pixel], sample.direction), 0.0)
-    arrived = float(0.0)
-    if sent > 0.0 and wp.isfinite(sent) and wp.dot(normal, sample.direction) > 0.0:
-        arrived = sent * brightness(transmittance(scene, position, normal, sample.point, sample.normal))
-    probed.sent[probe] = sent
-    probed.arrived[probe] = arrived
+@made_for("masks", "alpha", "textures", "panes", "environment")
+def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique")
+    def probe_lights_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, image: ImageSize,
+                            columns: int, seed: int, probed: ProbedLight) -> None:  # fmt: skip
+        """One thread a probe: a ray from one of its tile's pixels to a sample of one bin's light. All frames of a
+        seed have the same, so that their samples go on complementing each other.
+        """
+        probe = first + wp.tid()
+        probed.sent[probe] = -1.0
+        probed.arrived[probe] = -1.0
+        tile = probe // PROBES
+        part = tile // columns % SQUARE * SQUARE + tile % columns % SQUARE
+        index = probe % PROBES * SQUARE * SQUARE + part
+        place = sobol_pair(probe, PROBE_PAIR, seed)
+        column = tile % columns * TILE + int(place.x * float(TILE))
+        row = tile // columns * TILE + int(place.y * float(TILE))
+        if column >= image.width or row >= image.height:
+            return
+        pixel = row * image.width + column
+        if gbuffer.face[pixel] == NO_HIT:
+            return
+        scene = specialise(scene)
+        pick = sobol_pair(probe, PROBE_PAIR + 1, seed)
+        point = sobol_pair(probe, PROBE_PAIR + 2, seed)
+        position = gbuffer.position[pixel]
+        normal = gbuffer.geometric_normal[pixel]
+        value = (wp.uint32(index) << IN_BIN) + (pick.a >> wp.uint32(BIN_BITS))
+        sample = sample_light(scene, table, table.sampled, position, value, point)
+        sent = brightness(sample.irradiance) * wp.max(wp.dot(gbuffer.normal[pixel], sample.direction), 0.0)
+        arrived = float(0.0)
+        if sent > 0.0 and wp.isfinite(sent) and wp.dot(normal, sample.direction) > 0.0:
+            arrived = sent * brightness(transmittance(scene, position, normal, sample.point, sample.normal))
+        probed.sent[probe] = sent
+        probed.arrived[probe] = arrived
+
+    return probe_lights_kernel
 
 
 @wp.kernel
@@ -211,12 +221,13 @@ class LightProbes:
         self.selection.ends = wp.zeros(tiles * int(BINS), dtype=float, device=device)
         self.selection.visible = wp.zeros_like(self.selection.ends)
 
-    def run(self, scene: SceneData, table: LightTable, gbuffer: GBuffer, seed: int) -> None:
+    def run(self, scene: SceneData, table: LightTable, gbuffer: GBuffer, seed: int,
+            features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
         """Learn the `selection` for what is in `gbuffer`, by rays to samples of `seed`."""
         probed, selection, chosen = self._probed, self.selection, SELECTION_PARAMETERS
         device, columns = probed.sent.device, selection.columns
         inputs = [scene, table, gbuffer, image_size(self._size), columns, seed, probed]
-        launch(probe_lights_kernel, len(probed.sent), inputs, device)
+        launch(probe_lights_kernel(features), len(probed.sent), inputs, device)
         inputs = [columns, self._rows, chosen, probed, selection]
         launch(gather_probes_kernel, len(selection.ends), inputs, device)
         launch(select_lights_kernel, self._rows * columns, [chosen.by_power, selection], device)

@@ -31,7 +31,7 @@ from gpu.device_scene.scattering import (
     scattering_density,
 )
 from gpu.device_scene.sides import ray_coverage
-from gpu.device_scene.specialisation import made_for, specialisation, surface_specialisation
+from gpu.device_scene.specialisation import LOOK, made_for, specialisation, surface_specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light, samples_by_power
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
@@ -201,7 +201,7 @@ def path_light_of(features: SceneFeatures) -> wp.Function:
     return path_light
 
 
-@made_for("masks", "glass", "panes", "environment", "sheen", "films")
+@made_for(*LOOK, "glass", "panes", "environment")
 def path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, path_light = specialisation(features), path_light_of(features)

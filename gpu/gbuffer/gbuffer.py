@@ -1,5 +1,6 @@
 """Shading points (SPs): primary rays, and what is needed to shade where they end. Step 3 of the 2022 paper."""
 
+from dataclasses import replace
 from enum import Enum
 
 import warp as wp
@@ -115,7 +116,7 @@ class Lobes(Enum):
     FOLLOWED = "followed"
 
 
-@made_for(*LOOK, "one_sided", "backdrop", "specular", "environment", "frosted", "coats")
+@made_for(*LOOK, "one_sided", "backdrop", "specular", "glass", "panes", "environment", "frosted", "coats")
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, frosted, coats, fibrous, films = (
@@ -189,5 +190,5 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
     inputs = [scene, camera, image_size(size), samples, out]
     lobes = Lobes.TRACED if out.traces_gloss else Lobes.EVEN
     if samples.lobes:
-        lobes = Lobes.FOLLOWED
+        lobes, features = Lobes.FOLLOWED, replace(features, specular=True)
     launch(primary_ray_kernel(features, lobes), size[0] * size[1], inputs, out.face.device)

@@ -53,7 +53,7 @@ def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
     return wp.max(even_below(surface, view) - even_diffuse(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
 
 
-@made_for(*LOOK, "panes", "glass")
+@made_for(*LOOK, "panes", "glass", "one_sided", "backdrop", "environment")
 def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -18,7 +18,7 @@ from gpu.indirect.lobe_light import KnownLight
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 
-@made_for(*LOOK, "one_sided", "backdrop", "environment")
+@made_for(*LOOK, "one_sided", "glass", "panes", "backdrop", "environment")
 def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

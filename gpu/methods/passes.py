@@ -212,7 +212,7 @@ class Passes:
         def rays() -> None:
             seed, probes, seen = self._settings.seed, frame.light_probes, (frame.scene, table, frame.gbuffer)
             if probes:
-                probes.run(*seen, seed)
+                probes.run(*seen, seed, frame.features)
             history, known, frames = histories.direct if histories else None, None, frame.nothing
             if history and histories and kind.write_history and kind.read_history and samples > 1:
                 known = history.find(frame.gbuffer, histories.previous)

@@ -31,8 +31,15 @@ def told_kernel(features: SceneFeatures, offset: int) -> wp.Kernel:
 
 
 @made_for("sheen")
-def shaped_kernel(features: SceneFeatures, offset: int) -> wp.Kernel:
-    return told_kernel(features, offset + int(features.sheen))
+def shaped_kernel(features: SceneFeatures) -> wp.Kernel:
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique")
+    def shaped_kernel(first: int, scene: SceneData, found: wp.array[int]) -> None:
+        scene = specialise(scene)
+        found[0] = int(scene.sheened)
+
+    return shaped_kernel
 
 
 def told(features: SceneFeatures) -> list[int]:
@@ -58,7 +65,7 @@ def test_scenes_that_do_not_differ_in_it_have_one_kernel() -> None:
 def test_without_constants_scenes_that_differ_in_what_only_these_tell_have_one_kernel() -> None:
     bare = replace(NOTHING, constants=False)
     assert told_kernel(bare, 0) is told_kernel(EVERYTHING, 0) is not told_kernel(NOTHING, 0)
-    assert shaped_kernel(bare, 0) is shaped_kernel(NOTHING, 0) is not shaped_kernel(EVERYTHING, 0)
+    assert shaped_kernel(bare) is shaped_kernel(NOTHING) is not shaped_kernel(EVERYTHING)
 
 
 @pytest.mark.parametrize("features", [EVERYTHING, NOTHING])
