@@ -8,6 +8,8 @@ from warp._src.codegen import Adjoint, Struct, strip_reference
 
 # An option of a module that Warp keeps and hashes as it does its own.
 CONSTANTS = "constant_fields"
+# Of a kernel or function: the fields of structs by reference that it reads, and the constants they were taken for.
+FIELDS_READ = "fields_read"
 
 T = TypeVar("T")
 
@@ -50,14 +52,18 @@ def _told(adj: Adjoint, node: ast.AST) -> bool | int | None:
             return value
         case ast.Attribute(value=ast.Name(id=name)):
             struct = strip_reference(getattr(adj.symbols.get(name), "type", None))
-            known: dict[str, bool | int] = adj.builder_options[CONSTANTS]
-            return known.get(f"{struct.key}.{node.attr}") if isinstance(struct, Struct) else None
+            if struct not in _by_reference:
+                return None
+            field = f"{struct.key}.{node.attr}"
+            known: bool | int | None = adj.builder_options.get(CONSTANTS, {}).get(field)
+            vars(adj).setdefault(FIELDS_READ, {})[field] = known
+            return known
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            value = _told(adj, operand)
-            return None if value is None else not value
+            turned = _told(adj, operand)
+            return None if turned is None else not turned
         case ast.Compare(left=left, ops=[ast.Gt()], comparators=[right]):
-            value, least = _told(adj, left), _told(adj, right)
-            return None if value is None or least is None else value > least
+            more, less = _told(adj, left), _told(adj, right)
+            return None if more is None or less is None else more > less
         case ast.BoolOp(op=op, values=operands):
             decides = isinstance(op, ast.Or)
             told = [_told(adj, operand) for operand in operands]
@@ -69,7 +75,7 @@ def _told(adj: Adjoint, node: ast.AST) -> bool | int | None:
 
 def _if(adj: Adjoint, node: ast.If) -> None:
     """Only what happens, where constants decide it."""
-    if CONSTANTS not in adj.builder_options or (value := _told(adj, node.test)) is None:
+    if (value := _told(adj, node.test)) is None:
         _emit_if(adj, node)
         return
     for statement in node.body if value else node.orelse:
@@ -78,7 +84,7 @@ def _if(adj: Adjoint, node: ast.If) -> None:
 
 def _attribute(adj: Adjoint, node: ast.Attribute) -> Any:
     """A field that is read, elsewhere: a variable of that value, since a constant could not be written to in loops."""
-    if CONSTANTS in adj.builder_options and (value := _told(adj, node)) is not None:
+    if (value := _told(adj, node)) is not None:
         return adj.add_builtin_call("copy", [adj.add_constant(value)])
     return _emit_attribute(adj, node)
 

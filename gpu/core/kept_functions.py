@@ -1,0 +1,91 @@
+"""What Warp makes of functions kept, so that it is made once, not anew for each kernel that calls them.
+
+Warp makes the code of kernels in Python, one after the other, which takes as long as compilers with many cores do.
+"""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+from warp._src.codegen import Adjoint, Struct, strip_reference
+from warp._src.context import ModuleBuilder
+
+from gpu.core.code_generation import CONSTANTS, FIELDS_READ
+
+# Options of modules that compilers are told alone, and those that are looked up field by field.
+_NOT_IN_CODE = {"fast_math", CONSTANTS}
+# Of a function as it was found: its code.
+_CODE = "kept_code"
+_BUILDS = "kept_builds"
+
+_codegen = wp._src.codegen
+_resolve_func, _build_function, _function_code = (
+    Adjoint.resolve_func, ModuleBuilder.build_function, _codegen.codegen_func
+)  # fmt: skip
+_overloads: dict[Hashable, Any] = {}
+
+
+@dataclass(frozen=True)
+class _Build:
+    """What Warp found out of a function for a module of such options, where fields were taken for such constants."""
+
+    options: str
+    read: dict[str, bool | int | None]
+    found: dict[str, Any]
+
+    def holds(self, options: str, constants: dict[str, bool | int]) -> bool:
+        """Whether it would be the same for another module."""
+        return self.options == options and all(constants.get(field) == value for field, value in self.read.items())
+
+
+def _overload(adj: Adjoint, func: Any, arg_types: tuple[Any, ...], kwarg_types: dict[str, Any], outputs: Any) -> Any:
+    """Which overload of a builtin takes arguments of these types; Warp tries one after the other."""
+    asked = func, arg_types, tuple(kwarg_types.items()), outputs
+    try:
+        if asked not in _overloads and func.is_builtin():
+            _overloads[asked] = _resolve_func(adj, func, arg_types, kwarg_types, outputs)
+        return _overloads[asked]
+    except (KeyError, TypeError):  # a function of ours, or types that cannot be looked up
+        return _resolve_func(adj, func, arg_types, kwarg_types, outputs)
+
+
+def _kept_function(builder: ModuleBuilder, func: Any) -> None:
+    """Have a function in a module, with all that it calls; what was found out of it is taken where it holds."""
+    if func in builder.functions:
+        return
+    adj, builds = func.adj, vars(func).setdefault(_BUILDS, [])
+    options = repr([builder.target, *(item for item in builder.options.items() if item[0] not in _NOT_IN_CODE)])
+    constants = builder.options.get(CONSTANTS, {})
+    kept = next((build for build in builds if build.holds(options, constants)), None)
+    if kept is None:
+        vars(adj).update({FIELDS_READ: {}, _CODE: {}})
+        _build_function(builder, func)
+        builds.append(_Build(options, vars(adj)[FIELDS_READ], dict(vars(adj))))
+        return
+    for called in kept.found["called_user_functions"]:
+        builder.build_function(called)
+    vars(adj).update(kept.found)
+    for variable in (*adj.args, *adj.variables, *(adj.return_var or ())):
+        builder._collect_native_types(variable.type)
+        kind = strip_reference(variable.type)
+        kind = getattr(kind, "dtype", kind)
+        if isinstance(kind, Struct):
+            builder.build_struct_recursive(kind)
+    builder.functions[func] = None
+
+
+def _kept_code(adj: Adjoint, c_func_name: str, *, options: dict[str, Any], **how: Any) -> str:
+    """A function's code as Warp made it, if it did."""
+    asked = c_func_name, *how.items()
+    kept: dict[Hashable, str] = vars(adj).setdefault(_CODE, {})
+    if asked not in kept:
+        kept[asked] = _function_code(adj, c_func_name, options=options, **how)
+    return kept[asked]
+
+
+def keep_functions() -> None:
+    """Have Warp keep them, from now on."""
+    Adjoint.resolve_func = _overload
+    ModuleBuilder.build_function = _kept_function
+    _codegen.codegen_func = _kept_code

@@ -1,0 +1,114 @@
+from collections.abc import Iterator
+
+import pytest
+import warp as wp
+from warp._src.codegen import Adjoint
+
+from gpu.core.code_generation import pass_by_reference, tell_constants
+from gpu.core.device import launch
+
+CPU = wp.get_device("cpu")
+
+
+@wp.struct
+class Lamp:
+    power: float
+
+
+@pass_by_reference
+@wp.struct
+class House:
+    floors: int
+    lit: bool
+
+
+@wp.func
+def lamp_of(house: House) -> Lamp:
+    lamp = Lamp()
+    lamp.power = float(house.floors)
+    return lamp
+
+
+@wp.func
+def power_of(house: House) -> float:
+    if house.lit:
+        return lamp_of(house).power
+    return -1.0
+
+
+@wp.func
+def twice(value: float) -> float:
+    return value * 2.0
+
+
+@wp.func
+def powers(house: House) -> float:
+    return twice(power_of(house))
+
+
+def house_kernel(offset: float) -> wp.Kernel:
+    @wp.kernel(module="unique")
+    def house_kernel(first: int, house: House, found: wp.array[float]) -> None:
+        found[0] = powers(house) + offset
+
+    return house_kernel
+
+
+def code_of(kernel: wp.Kernel) -> str:
+    module = kernel.module
+    return str(wp._src.context.ModuleBuilder(module, module.resolve_options(wp.config)).codegen("cpu"))
+
+
+def found_by(kernel: wp.Kernel) -> float:
+    house, found = House(), wp.zeros(1, dtype=float, device=CPU)
+    house.floors, house.lit = 3, True
+    launch(kernel, 1, [house, found], CPU)
+    return float(found.numpy()[0])
+
+
+@pytest.fixture
+def built(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """Names of the functions and kernels that Warp reads anew."""
+    names: list[str] = []
+    build = Adjoint.build
+
+    def noted(adj: Adjoint, *rest: object, **options: object) -> None:
+        names.append(adj.fun_name)
+        build(adj, *rest, **options)
+
+    for function in (lamp_of, power_of, twice, powers):
+        vars(function).pop("kept_builds", None)
+    monkeypatch.setattr(Adjoint, "build", noted)
+    return names
+
+
+def test_a_function_is_read_once_for_all_kernels(built: list[str]) -> None:
+    one, other = house_kernel(1.0), house_kernel(2.0)
+    built.clear()
+    first = code_of(one)
+    assert sorted(built) == ["house_kernel", "lamp_of", "power_of", "powers", "twice"]
+    built.clear()
+    second = code_of(other)
+    assert built == ["house_kernel"]
+    assert all(second.count(f" {name}_0(") == first.count(f" {name}_0(") for name in ("lamp_of", "powers", "twice"))
+    assert (found_by(one), found_by(other)) == (7.0, 8.0)
+
+
+def test_only_what_reads_a_constant_is_read_anew(built: list[str]) -> None:
+    plain, dark = house_kernel(3.0), house_kernel(4.0)
+    tell_constants(dark, House, {"lit": False})
+    code_of(plain)
+    built.clear()
+    assert "lamp_of" not in code_of(dark)
+    assert built == ["house_kernel", "power_of"]
+    assert (found_by(plain), found_by(dark)) == (9.0, 2.0)
+
+
+def test_what_was_found_for_one_kernel_is_there_after_another(built: list[str]) -> None:
+    plain, dark, again = house_kernel(5.0), house_kernel(6.0), house_kernel(7.0)
+    tell_constants(dark, House, {"lit": False})
+    code_of(plain), code_of(dark)
+    built.clear()
+    assert "lamp_of" in code_of(again)
+    assert built == ["house_kernel"]
+    assert found_by(again) == 13.0
