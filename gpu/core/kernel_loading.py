@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+from gpu.core.compilers import compile_apart
 from gpu.core.kept_functions import keep_functions
 from gpu.core.sharing import DEVICE_SHARING
 
@@ -48,6 +49,7 @@ def _header_folder(_: Any) -> str:
 
 wp._src.context.Runtime.get_clang_pch_dir = _header_folder
 keep_functions()
+compile_apart()
 
 
 @contextmanager

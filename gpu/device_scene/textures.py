@@ -43,32 +43,33 @@ def wrapped(index: int, size: int, mode: int) -> int:
 
 
 @wp.func
-def texel(scene: SceneData, texture: TextureData, place: int) -> wp.vec4:
+def texel(texels: wp.array[wp.uint32], decode: wp.array[float], texture: TextureData, place: int) -> wp.vec4:
     """One texel of a texture as linear RGBA; place: row by row."""
-    packed = scene.texels[texture.first + place]
+    packed = texels[texture.first + place]
     r = int(packed & wp.uint32(255))
     g = int((packed >> wp.uint32(8)) & wp.uint32(255))
     b = int((packed >> wp.uint32(16)) & wp.uint32(255))
     a = int((packed >> wp.uint32(24)) & wp.uint32(255))
     coding = wp.where(texture.srgb, 256, 0)
-    return wp.vec4(scene.decode[coding + r], scene.decode[coding + g], scene.decode[coding + b], scene.decode[a])
+    return wp.vec4(decode[coding + r], decode[coding + g], decode[coding + b], decode[a])
 
 
-@wp.func
-def sample_texture(scene: SceneData, slot: SlotData, uv: wp.vec2) -> wp.vec4:
-    """The texture of `slot` at the vertex coordinates `uv`, as linear RGBA."""
-    texture = scene.textures[slot.texture]
-    place = wp.vec3(uv[0], uv[1], 1.0)
+# Called, not inlined, as kernels have it up to 28 times, which takes compilers a third of their time; so arrays come as
+# addresses, in registers.
+@wp.func(inline=False)
+def filtered(textures: wp.uint64, all_texels: wp.uint64, decoded: wp.uint64, index: int, s: float, t: float) -> wp.vec4:
+    """A texture at its coordinates, as linear RGBA. textures, all_texels, decoded: addresses of SceneData's arrays."""
+    texture = wp.array(ptr=textures, shape=(index + 1,), dtype=TextureData)[index]
+    texels = wp.array(ptr=all_texels, shape=(texture.first + texture.width * texture.height,), dtype=wp.uint32)
+    decode = wp.array(ptr=decoded, shape=(512,), dtype=float)
     # Coordinates are folded before they become integers, so that huge ones cannot overflow.
-    s = wp.dot(slot.row_u, place)
-    t = wp.dot(slot.row_v, place)
     x = (s - 2.0 * wp.floor(0.5 * s)) * float(texture.width)
     y = (t - 2.0 * wp.floor(0.5 * t)) * float(texture.height)
     if texture.wrap_s == WRAP_CLAMP:
         x = wp.clamp(s, 0.0, 1.0) * float(texture.width)
     if texture.wrap_t == WRAP_CLAMP:
         y = wp.clamp(t, 0.0, 1.0) * float(texture.height)
-    # Of one that is not filtered, only the first of the four counts: many kernels have this code several times.
+    # Of one that is not filtered, only the first of the four counts.
     to_middle = wp.where(texture.nearest, 0.0, 0.5)
     left = int(wp.floor(x - to_middle))
     top = int(wp.floor(y - to_middle))
@@ -78,9 +79,20 @@ def sample_texture(scene: SceneData, slot: SlotData, uv: wp.vec2) -> wp.vec4:
     second = wrapped(left + 1, texture.width, texture.wrap_s)
     above = wrapped(top, texture.height, texture.wrap_t) * texture.width
     below = wrapped(top + 1, texture.height, texture.wrap_t) * texture.width
-    upper = texel(scene, texture, above + first) * (1.0 - fx) + texel(scene, texture, above + second) * fx
-    lower = texel(scene, texture, below + first) * (1.0 - fx) + texel(scene, texture, below + second) * fx
+    upper = texel(texels, decode, texture, above + first) * (1.0 - fx)
+    upper += texel(texels, decode, texture, above + second) * fx
+    lower = texel(texels, decode, texture, below + first) * (1.0 - fx)
+    lower += texel(texels, decode, texture, below + second) * fx
     return upper * (1.0 - fy) + lower * fy
+
+
+@wp.func
+def sample_texture(scene: SceneData, slot: SlotData, uv: wp.vec2) -> wp.vec4:
+    """The texture of `slot` at the vertex coordinates `uv`, as linear RGBA."""
+    place = wp.vec3(uv[0], uv[1], 1.0)
+    s = wp.dot(slot.row_u, place)
+    t = wp.dot(slot.row_v, place)
+    return filtered(scene.textures.ptr, scene.texels.ptr, scene.decode.ptr, slot.texture, s, t)
 
 
 @wp.func
