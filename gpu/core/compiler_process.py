@@ -1,41 +1,49 @@
-"""A process that compiles kernels for GPUs: one job a line of stdin, its outcome a line of stdout.
+"""A process that compiles: what stdin has are calls of Warp's native compilers, what stdout gets is what they return.
 
-Started by gpu.core.compilers with the path of Warp's library; it imports nothing of ours, nor Warp, and is there in a
-tenth of a second.
+Started by gpu.core.compilers; it imports neither ours nor Warp, so that it is there in a tenth of a second.
 """
 
 import ctypes
-import json
+import os
+import pickle
 import signal
 import sys
-from pathlib import Path
+import threading
+import time
 from typing import Any
 
-_TEXT, _NUMBER, _FLAG = ctypes.c_char_p, ctypes.c_int, ctypes.c_bool
-# Of `wp_cuda_compile_program` of Warp 1.19: source, name, architecture and its suffix, folders of headers, switches,
-# what comes out, folder of precompiled headers, and what is to be linked.
-_ARGUMENTS: list[Any] = [
-    _TEXT, _TEXT, _NUMBER, _TEXT, _TEXT, _NUMBER, ctypes.c_void_p, _FLAG, _NUMBER, *(_FLAG,) * 7, _TEXT, _TEXT,
-    ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
-]  # fmt: skip
+
+def value_of(type_name: str, argument: Any) -> Any:
+    """An argument as a native function takes it: a number or text of that type of ctypes, or texts, which end with a
+    null, where it is a pointer.
+    """
+    if isinstance(argument, tuple):
+        return (ctypes.c_char_p * (len(argument) + 1))(*argument, None)
+    return getattr(ctypes, type_name)(argument)
 
 
-def main(library: str, headers: str) -> None:
-    """Compile until stdin ends."""
+def end_with(parent: int) -> None:
+    """End in the midst of a call, which may take a minute, once the parent is gone."""
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
+
+
+def main(parent: int) -> None:
+    """Call the functions, (library, name, names of types, arguments), one after the other until stdin ends."""
     # Of a terminal it reaches all: the parent ends this by closing the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    build = ctypes.CDLL(library).wp_cuda_compile_program
-    build.argtypes, build.restype = _ARGUMENTS, ctypes.c_size_t
-    for line in sys.stdin:
-        job = json.loads(line)
-        source = Path(job["source"])
-        error = build(
-            source.read_bytes(), source.name.encode(), job["architecture"], job["suffix"].encode(), headers.encode(),
-            0, None, job["debug"], job["level"], False, job["verify_fp"], job["fast_math"], job["fuse_fp"],
-            job["lineinfo"], False, job["precompiled_headers"], job["out"].encode(), None, 0, None, None, None,
-        )  # fmt: skip
-        print(error, flush=True)
+    threading.Thread(target=end_with, args=(parent,), daemon=True).start()
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # for what compilers print
+    while True:
+        try:
+            library, name, types, arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        function = getattr(ctypes.CDLL(library), name)
+        print(function(*map(value_of, types, arguments)), file=answers, flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(int(sys.argv[1]))

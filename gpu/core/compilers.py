@@ -1,47 +1,55 @@
-"""Compilers for GPUs in processes of their own, so that they work side by side.
+"""Compilers in processes of their own, so that they work side by side and their memory goes with them.
 
-Threads of one process that compile wait for each other: 108 kernels, 103 s of a core, take 16 threads 24 s and 16
-processes 13.
+Threads of one process that compile wait for each other: 108 kernels for an H100, 103 s of a core, take 16 threads 24 s
+and 16 processes 13. Warp's own functions call its native compilers, which are replaced by calls in a process.
 """
 
-import json
+import ctypes
+import os
+import pickle
+import select
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import suppress
+from functools import wraps
 from pathlib import Path
 from threading import Lock, Timer
 from typing import Any
 
 import warp as wp
 
+from gpu.child_process import clean_environment
+
 # Without work for so long they end: each has some hundred megabytes.
 IDLE_SECONDS = 5.0
-
-_build_cuda = wp._src.build.build_cuda
+# Without an answer, after which a process hangs: a kernel takes a minute, and cores may be busy.
+HANG_SECONDS = 600.0
+Process = subprocess.Popen[bytes]
 
 
 class Compilers:
-    """Processes that compile, as many as there are jobs at once."""
+    """Processes that compile, as many as there are calls at once."""
 
     def __init__(self) -> None:
         self._lock, self._busy = Lock(), 0
-        self._idle: list[subprocess.Popen[str]] = []
+        self._idle: list[Process] = []
 
-    def outcome(self, job: str) -> int:
-        """Warp's error number of a job, by a process that has none or a new one.
+    def call(self, request: bytes) -> int:
+        """What a native function returns that a pickled request names, by a process that waits or a new one.
 
-        Raises RuntimeError where that ends without a word.
+        Raises RuntimeError where a new one ends without a word.
         """
         with self._lock:
             self._busy += 1
         try:
             while waiting := self._take():
-                if answer := _answer(waiting, job):
+                if answer := _answer(waiting, request):
                     return self._keep(waiting, answer)
             process = self.start()
-            if answer := _answer(process, job):
+            if answer := _answer(process, request):
                 return self._keep(process, answer)
-            raise RuntimeError(f"the compiler ended with status {process.returncode}")
+            raise RuntimeError(f"the compiler's process ended with status {process.returncode}")
         finally:
             with self._lock:
                 self._busy -= 1
@@ -50,12 +58,11 @@ class Compilers:
                     timer.daemon = True
                     timer.start()
 
-    def start(self) -> subprocess.Popen[str]:
+    def start(self) -> Process:
         """Another process."""
-        library, headers = wp._src.context.runtime.core._name, Path(wp.__file__).parent / "native"
         script = Path(__file__).with_name("compiler_process.py")
-        command = (sys.executable, "-I", "-S", str(script), library, str(headers))
-        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        command = (sys.executable, "-I", "-S", str(script), str(os.getpid()))
+        return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=clean_environment())
 
     def end(self) -> None:
         """End those that have nothing to do, unless there is work."""
@@ -63,11 +70,11 @@ class Compilers:
             with process:  # which closes its pipe, and waits
                 pass
 
-    def _take(self) -> subprocess.Popen[str] | None:
+    def _take(self) -> Process | None:
         with self._lock:
             return self._idle.pop() if self._idle else None
 
-    def _keep(self, process: subprocess.Popen[str], answer: str) -> int:
+    def _keep(self, process: Process, answer: bytes) -> int:
         with self._lock:
             self._idle.append(process)
         return int(answer)
@@ -76,15 +83,16 @@ class Compilers:
 COMPILERS = Compilers()
 
 
-def _answer(process: subprocess.Popen[str], job: str) -> str:
-    """What a process says of a job; nothing where it has ended, or is ended by who interrupts this."""
+def _answer(process: Process, request: bytes) -> bytes:
+    """What a process says; nothing where it has ended or hangs, or is ended by who interrupts this."""
     assert process.stdin is not None
     assert process.stdout is not None
-    answer = ""
+    answer = b""
     try:
-        process.stdin.write(job)
+        process.stdin.write(request)
         process.stdin.flush()
-        answer = process.stdout.readline()
+        if select.select([process.stdout], [], [], HANG_SECONDS)[0]:
+            answer = process.stdout.readline()
     except BrokenPipeError:
         pass
     finally:
@@ -97,29 +105,37 @@ def _answer(process: subprocess.Popen[str], job: str) -> str:
     return answer
 
 
-def build_apart(cu_path: str, arch: int, output_path: str, *, pch_dir: str | None, **options: Any) -> None:
-    """As Warp's `build_cuda`, by a process. Raises RuntimeError where the compiler fails, which says why on stderr."""
-    linked = options.get("ltoirs") or options.get("fatbins") or options.get("extra_include_dirs")
-    if linked or options.get("llvm_cuda") or options.get("compile_time_trace") or pch_dir:
-        _build_cuda(cu_path, arch, output_path, pch_dir=pch_dir, **options)
-        return
-    job = {
-        "source": cu_path,
-        "architecture": arch,
-        "suffix": options["arch_suffix"],
-        "debug": options["config"] == "debug",
-        "level": options["optimization_level"],
-        "verify_fp": options["verify_fp"],
-        "fast_math": options["fast_math"],
-        "fuse_fp": options["fuse_fp"],
-        "lineinfo": options["lineinfo"],
-        "precompiled_headers": options["use_precompiled_headers"],
-        "out": output_path,
-    }
-    if error := COMPILERS.outcome(json.dumps(job) + "\n"):
-        raise RuntimeError(f"{Path(cu_path).name}: the compiler failed with error {error}")
+def _plain(argument: Any) -> Any:
+    """An argument as it can be sent: arrays of texts, which end with a null, as tuples."""
+    return tuple(text for text in argument if text is not None) if isinstance(argument, ctypes.Array) else argument
+
+
+def _called_apart(library: ctypes.CDLL, name: str) -> Callable[..., int]:
+    """A native function that is called in a process."""
+    simple = {ctypes.c_char_p, ctypes.c_int, ctypes.c_bool, ctypes.c_size_t}
+    types = [kind.__name__ if kind in simple else "c_void_p" for kind in getattr(library, name).argtypes]
+
+    def call(*arguments: Any) -> int:
+        return COMPILERS.call(pickle.dumps((library._name, name, types, tuple(map(_plain, arguments)))))
+
+    return call
+
+
+def _compiles_apart(build: Callable[..., None], library: str, name: str) -> Callable[..., None]:
+    """A function of Warp's that compiles, by a native function that is called in a process."""
+
+    @wraps(build)
+    def built(*arguments: Any, **options: Any) -> None:
+        native = getattr(wp._src.context.runtime, library)
+        if hasattr(getattr(native, name), "argtypes"):
+            setattr(native, name, _called_apart(native, name))
+        build(*arguments, **options)
+
+    return built
 
 
 def compile_apart() -> None:
-    """Have Warp compile for GPUs so, from now on."""
-    wp._src.build.build_cuda = build_apart
+    """Have Warp compile so from now on. What compilers say is on stderr."""
+    build = wp._src.build
+    build.build_cuda = _compiles_apart(build.build_cuda, "core", "wp_cuda_compile_program")
+    build.build_cpu = _compiles_apart(build.build_cpu, "llvm", "wp_compile_cpp")

@@ -39,7 +39,6 @@ from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
-from server.worker.compilers import compile_apart
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build, edit, with_kernels
@@ -324,5 +323,4 @@ class GpuBackend:
 
 
 if __name__ == "__main__":
-    compile_apart()
     sys.exit(work(int(sys.argv[1]), GpuBackend()))

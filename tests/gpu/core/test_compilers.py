@@ -1,41 +1,27 @@
-import subprocess
+import os
+import signal
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 import warp as wp
 
 import gpu.core.compilers as compilers
-from gpu.core.compilers import Compilers, build_apart
+from gpu.core.compilers import Compilers, Process
 from gpu.core.kernel_loading import compile_for
 
-OPTIONS = {
-    "config": "release",
-    "optimization_level": 3,
-    "verify_fp": False,
-    "fast_math": False,
-    "fuse_fp": True,
-    "lineinfo": False,
-    "arch_suffix": "",
-    "use_precompiled_headers": True,
-}
+SOURCE = 'extern "C" __attribute__((dllexport)) int answer() { return 42; }\n'
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> str:
-    path = tmp_path / "one.cu"
-    path.write_text('extern "C" __global__ void one(float* found) { found[0] = 1.0f; }')
-    return str(path)
-
-
-@pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
-    """The compilers that a test starts; none waits at its beginning, nor after it."""
-    processes: list[subprocess.Popen[str]] = []
+def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Process]]:
+    """The processes that a test starts; none waits at its beginning, nor after it."""
+    processes: list[Process] = []
     own = Compilers()
     start = own.start
 
-    def noted() -> subprocess.Popen[str]:
+    def noted() -> Process:
         processes.append(start())
         return processes[-1]
 
@@ -45,61 +31,101 @@ def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[s
     own.end()
 
 
-def build(source: str, out: Path) -> bytes:
-    build_apart(source, 90, str(out), pch_dir=None, **OPTIONS)
-    return out.read_bytes()
+def build(folder: Path, name: str, source: str = SOURCE) -> bytes:
+    """Compile a source for the CPU; returns what comes out."""
+    code, built = folder / f"{name}.cpp", folder / f"{name}.o"
+    code.write_text(source)
+    wp.init()
+    wp._src.build.build_cpu(str(built), str(code), use_precompiled_headers=False)
+    return built.read_bytes()
 
 
-def test_a_process_compiles_one_kernel_after_another_as_warp_does(
-    source: str, tmp_path: Path, started: list[subprocess.Popen[str]]
-) -> None:
-    built = [build(source, tmp_path / f"{number}.cubin") for number in range(2)]
-    compilers._build_cuda(source, 90, str(tmp_path / "own.cubin"), pch_dir=None, **OPTIONS)
-    assert built == [(tmp_path / "own.cubin").read_bytes()] * 2
-    assert len(started) == 1
-
-
-def test_another_is_started_where_one_has_ended(
-    source: str, tmp_path: Path, started: list[subprocess.Popen[str]]
-) -> None:
-    build(source, tmp_path / "first.cubin")
-    started[0].kill()
-    assert build(source, tmp_path / "second.cubin")
-    assert len(started) == 2
-
-
-def test_compilers_end_once_there_is_no_work(
-    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[subprocess.Popen[str]]
-) -> None:
-    monkeypatch.setattr(compilers, "IDLE_SECONDS", 0.01)
-    build(source, tmp_path / "first.cubin")
-    assert started[0].wait(30) == 0
-
-
-def test_what_does_not_compile_is_named(source: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path(source).write_text("no kernel")
-    with pytest.raises(RuntimeError, match=r"one\.cu: the compiler failed"):
-        build(source, tmp_path / "out.cubin")
-    assert "one.cu" in capfd.readouterr().err
-
-
-def test_a_compiler_that_ends_at_once_is_told(
-    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[subprocess.Popen[str]]
-) -> None:
-    monkeypatch.setattr(compilers.sys, "executable", "/bin/false")
-    with pytest.raises(RuntimeError, match="ended with status 1"):
-        build(source, tmp_path / "out.cubin")
-    assert len(started) == 1
-
-
-def test_kernels_are_compiled_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[subprocess.Popen[str]]
-) -> None:
+def halved_kernel() -> wp.Kernel:
     @wp.kernel(module="unique")
     def halved_kernel(found: wp.array[float]) -> None:
         found[0] = found[0] * 0.5
 
-    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
-    compile_for([halved_kernel], 90, 128)
+    return halved_kernel
+
+
+def test_a_process_compiles_one_after_another(tmp_path: Path, started: list[Process]) -> None:
+    assert build(tmp_path, "one")
+    assert build(tmp_path, "two")
     assert len(started) == 1
+
+
+def test_as_many_compile_as_there_are_calls_at_once(tmp_path: Path, started: list[Process]) -> None:
+    build(tmp_path, "one")
+    os.kill(started[0].pid, signal.SIGSTOP)
+    with ThreadPoolExecutor(1) as pool:
+        waits = pool.submit(build, tmp_path, "two")
+        while compilers.COMPILERS._idle:
+            pass
+        assert build(tmp_path, "three")
+        assert not waits.done()
+        os.kill(started[0].pid, signal.SIGCONT)
+        assert waits.result(30.0)
+    assert len(started) == 2
+
+
+def test_another_is_started_where_one_has_ended(tmp_path: Path, started: list[Process]) -> None:
+    build(tmp_path, "one")
+    started[0].kill()
+    assert build(tmp_path, "two")
+    assert len(started) == 2
+
+
+def test_a_process_that_does_not_answer_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]
+) -> None:
+    build(tmp_path, "one")
+    os.kill(started[0].pid, signal.SIGSTOP)
+    monkeypatch.setattr(compilers, "HANG_SECONDS", 0.0)
+    with pytest.raises(RuntimeError, match="ended with status -9"):
+        build(tmp_path, "two")
+    assert [process.returncode for process in started] == [-9, -9]
+
+
+def test_processes_end_once_there_is_no_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]
+) -> None:
+    monkeypatch.setattr(compilers, "IDLE_SECONDS", 0.01)
+    build(tmp_path, "one")
+    assert started[0].wait(30) == 0
+
+
+def test_what_does_not_compile_is_told(
+    tmp_path: Path, started: list[Process], capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(Exception, match="CPU kernel build failed"):
+        build(tmp_path, "wrong", "no code\n")
+    assert "wrong.cpp" in capfd.readouterr().err
+    assert build(tmp_path, "right")
+    assert len(started) == 1
+
+
+def test_a_process_that_ends_at_once_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]
+) -> None:
+    monkeypatch.setattr(compilers.sys, "executable", "/bin/false")
+    with pytest.raises(RuntimeError, match="ended with status 1"):
+        build(tmp_path, "one")
+    assert len(started) == 1
+
+
+def test_a_process_has_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]) -> None:
+    monkeypatch.setenv("LUMENWALK_TOKEN", "secret")
+    build(tmp_path, "one")
+    assert b"secret" not in Path(f"/proc/{started[0].pid}/environ").read_bytes()
+
+
+def test_kernels_are_compiled_so_for_cpus_and_gpus(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]
+) -> None:
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    kernel, values = halved_kernel(), wp.array([3.0], dtype=float, device="cpu")
+    wp.launch(kernel, dim=1, inputs=[values], device="cpu")
+    assert values.numpy().tolist() == [1.5]
+    compile_for([kernel], 90, 128)
     assert list(tmp_path.rglob("*.cubin"))
+    assert len(started) == 1
