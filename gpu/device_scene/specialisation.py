@@ -1,7 +1,7 @@
-"""What a scene is known not to have, told to the compiler, which follows it into all that a kernel calls.
+"""What a scene is known not to have, told to kernels.
 
 Functions ask while they run, as in `if scene.textured`. A kernel that is made for some features writes over what they
-ask with a constant first.
+ask with a constant first, and the code of all that it calls is made without the rest (gpu.core.code_generation).
 """
 
 from collections.abc import Callable
