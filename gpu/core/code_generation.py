@@ -11,7 +11,7 @@ CONSTANTS = "constant_fields"
 # Of a kernel or function: the fields of structs by reference that it reads, and the constants they were taken for.
 FIELDS_READ = "fields_read"
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 _by_reference: set[Struct] = set()
 _codegen = wp._src.codegen
@@ -23,7 +23,7 @@ _codegen_func = _codegen.codegen_func
 _codegen.struct_template = _codegen.struct_template.replace("\nCUDA_CALLABLE", "\nstatic CUDA_CALLABLE")
 
 
-def pass_by_reference(struct: T) -> T:
+def pass_by_reference(struct: _T) -> _T:
     """Have functions that do not write to an argument of this struct take it by reference, not as a copy.
 
     Where they are inlined all the same, it is compilers that copy: a struct of a kilobyte, at each call.

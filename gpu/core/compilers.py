@@ -14,7 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
 from pathlib import Path
-from threading import Lock, Timer
+from threading import Lock, Semaphore, Timer
 from typing import Any
 
 import warp as wp
@@ -25,14 +25,16 @@ from gpu.child_process import clean_environment
 IDLE_SECONDS = 5.0
 # Without an answer, after which a process hangs: a kernel takes a minute, and cores may be busy.
 HANG_SECONDS = 600.0
+# At once: of a picture's kernels the longest takes as long as all others of so many, which have 4 GB together.
+MOST = 16
 Process = subprocess.Popen[bytes]
 
 
 class Compilers:
-    """Processes that compile, as many as there are calls at once."""
+    """Processes that compile, as many as there are calls at once, but no more than MOST."""
 
     def __init__(self) -> None:
-        self._lock, self._busy = Lock(), 0
+        self._lock, self._busy, self._room = Lock(), 0, Semaphore(MOST)
         self._idle: list[Process] = []
 
     def call(self, request: bytes) -> int:
@@ -43,13 +45,14 @@ class Compilers:
         with self._lock:
             self._busy += 1
         try:
-            while waiting := self._take():
-                if answer := _answer(waiting, request):
-                    return self._keep(waiting, answer)
-            process = self.start()
-            if answer := _answer(process, request):
-                return self._keep(process, answer)
-            raise RuntimeError(f"the compiler's process ended with status {process.returncode}")
+            with self._room:
+                while waiting := self._take():
+                    if answer := _answer(waiting, request):
+                        return self._keep(waiting, answer)
+                process = self.start()
+                if answer := _answer(process, request):
+                    return self._keep(process, answer)
+                raise RuntimeError(f"the compiler's process ended with status {process.returncode}")
         finally:
             with self._lock:
                 self._busy -= 1

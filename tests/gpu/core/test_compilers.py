@@ -3,6 +3,7 @@ import signal
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Semaphore
 
 import pytest
 import warp as wp
@@ -66,6 +67,17 @@ def test_as_many_compile_as_there_are_calls_at_once(tmp_path: Path, started: lis
         os.kill(started[0].pid, signal.SIGCONT)
         assert waits.result(30.0)
     assert len(started) == 2
+
+
+def test_no_more_compile_than_there_may(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[Process]
+) -> None:
+    build(tmp_path, "one")
+    monkeypatch.setattr(compilers.COMPILERS, "_room", Semaphore(1))
+    with ThreadPoolExecutor(3) as pool:
+        built = list(pool.map(lambda name: build(tmp_path, name), ("two", "three", "four")))
+    assert all(built)
+    assert len(started) == 1
 
 
 def test_another_is_started_where_one_has_ended(tmp_path: Path, started: list[Process]) -> None:
