@@ -82,4 +82,4 @@ def test_every_operation_keeps_to_its_description(label: str, service: Running) 
 
 
 def test_all_operations_are_asked() -> None:
-    assert len(OPERATIONS) == 22
+    assert len(OPERATIONS) == 23
