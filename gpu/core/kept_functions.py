@@ -61,7 +61,7 @@ def _kept_function(builder: ModuleBuilder, func: Any) -> None:
     if kept is None:
         vars(adj).update({FIELDS_READ: {}, _CODE: {}})
         _build_function(builder, func)
-        builds.append(_Build(options, vars(adj)[FIELDS_READ], dict(vars(adj))))
+        builds.append(_Build(options, dict(vars(adj)[FIELDS_READ]), dict(vars(adj))))
         return
     for called in kept.found["called_user_functions"]:
         builder.build_function(called)

@@ -112,3 +112,15 @@ def test_what_was_found_for_one_kernel_is_there_after_another(built: list[str]) 
     assert "lamp_of" in code_of(again)
     assert built == ["house_kernel"]
     assert found_by(again) == 13.0
+
+
+def test_what_was_found_holds_after_warp_looked_for_something_else(built: list[str]) -> None:
+    """As it does for how many threads a kernel may have that was compiled long ago."""
+    dark, plain = house_kernel(8.0), house_kernel(9.0)
+    tell_constants(dark, House, {"lit": False})
+    code_of(dark)
+    plain.adj.build(None, plain.module.resolve_options(wp.config))
+    built.clear()
+    assert "lamp_of" in code_of(plain)
+    assert "power_of" in built
+    assert (found_by(plain), found_by(dark)) == (15.0, 6.0)
