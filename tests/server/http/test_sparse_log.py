@@ -17,7 +17,7 @@ def test_few_records_pass_and_the_next_says_how_many_did_not() -> None:
 
 
 def test_a_logger_is_made_sparse_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sparse_log, "LOGGERS", ("lumenwalk.test",))
+    monkeypatch.setattr(sparse_log, "LOGGERS", ("lumenwalk.sparse_test",))
     make_sparse()
     make_sparse()
-    assert len(logging.getLogger("lumenwalk.test").filters) == 1
+    assert len(logging.getLogger("lumenwalk.sparse_test").filters) == 1
