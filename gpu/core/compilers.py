@@ -7,7 +7,6 @@ and 16 processes 13. Warp's own functions call its native compilers, which are r
 import ctypes
 import os
 import pickle
-import select
 import subprocess
 import sys
 from collections.abc import Callable
@@ -91,14 +90,17 @@ def _answer(process: Process, request: bytes) -> bytes:
     assert process.stdin is not None
     assert process.stdout is not None
     answer = b""
+    hangs = Timer(HANG_SECONDS, process.kill)
+    hangs.daemon = True
+    hangs.start()
     try:
         process.stdin.write(request)
         process.stdin.flush()
-        if select.select([process.stdout], [], [], HANG_SECONDS)[0]:
-            answer = process.stdout.readline()
+        answer = process.stdout.readline()
     except BrokenPipeError:
         pass
     finally:
+        hangs.cancel()
         if not answer:
             process.kill()
             process.wait()

@@ -93,8 +93,9 @@ def test_a_process_that_does_not_answer_is_not_waited_for(
     build(tmp_path, "one")
     os.kill(started[0].pid, signal.SIGSTOP)
     monkeypatch.setattr(compilers, "HANG_SECONDS", 0.0)
+    more_than_a_pipe_holds = SOURCE + "// " + "x" * (1 << 20)
     with pytest.raises(RuntimeError, match="ended with status -9"):
-        build(tmp_path, "two")
+        build(tmp_path, "two", more_than_a_pipe_holds)
     assert [process.returncode for process in started] == [-9, -9]
 
 
