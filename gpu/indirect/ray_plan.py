@@ -4,7 +4,7 @@ Pairs that face away from or lie behind each other get no ray: the representativ
 
 Most others exchange little. A VPL cluster that sends a representative less than a 512th of all its light, if nothing
 hid any, is weak there. Where little of that arrives, as around a lamp whose shade keeps it, all its light counts as
-four times what does, which a ray to one cluster of each PARTS-th of them tells, chosen by its light. Of eight
+four times what does, which a ray to one cluster of each RAYS-th of them tells, chosen by its light. Of eight
 neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32, those eights whose weak ones
 send less than a 512th together share one; the others have a ray each. What that can be wrong by at a representative: by
 less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours, and on the whole by no more than
@@ -32,6 +32,7 @@ EIGHT = wp.constant(8)
 EIGHTS = WORD_BITS // EIGHT
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
+RAYS = wp.constant(8)
 NO_LIGHT = wp.constant(-1.0)
 
 
@@ -100,6 +101,12 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     return brightness(disk_irradiance(p, p_normal, disk))
 
 
+@wp.func
+def chance_of(number: int, sp: int) -> float:
+    """In [0, 1): as by chance, of what has that number at a representative."""
+    return float(hashed(wp.uint32(number) ^ hashed(wp.uint32(sp)))) * TO_UNIT
+
+
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
                       picks: wp.array[int]) -> None:  # fmt: skip
@@ -119,8 +126,7 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     while vpl < vpls.count:
         light = wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
         total += light
-        chance = float(hashed(wp.uint32(vpl) ^ hashed(wp.uint32(sp)))) * TO_UNIT
-        pick = wp.where(chance * total < light, vpl, pick)
+        pick = wp.where(chance_of(vpl, sp) * total < light, vpl, pick)
         vpl += PARTS
     parts[index] = total
     picks[index] = pick
@@ -133,18 +139,27 @@ def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
     @wp.kernel(module="unique")
     def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
                               picks: wp.array[int], arriving: wp.array[float]) -> None:  # fmt: skip
-        """One thread as of `pair_light_kernel`: arriving, the light of its part where its pick is seen, else 0."""
+        """One thread a RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray, place), their light
+        where the pick of one of them, chosen by it, is seen, else 0.
+        """
         index = first + wp.tid()
         fresh = sps.fresh[0]
-        if index >= PARTS * fresh:
+        if index >= RAYS * fresh:
             return
+        place = index % fresh
+        sp = sps.order[place]
+        total = float(0.0)
+        pick = int(-1)
+        for part in range(index // fresh, PARTS, RAYS):
+            light = parts[part * fresh + place]
+            total += light
+            pick = wp.where(chance_of(-1 - part, sp) * total < light, picks[part * fresh + place], pick)
         arriving[index] = 0.0
-        if picks[index] < 0:
+        if pick < 0:
             return
-        sp = sps.order[index % fresh]
-        disk = disk_at(vpls.disks, picks[index])
+        disk = disk_at(vpls.disks, pick)
         if see(scene, sps.position[sp], sps.geometric_normal[sp], disk.position, disk.normal):
-            arriving[index] = parts[index]
+            arriving[index] = total
 
     return arriving_light_kernel
 
@@ -164,7 +179,8 @@ def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], arriv
     arrives = float(0.0)
     for part in range(PARTS):
         total += parts[part * fresh + place]
-        arrives += arriving[part * fresh + place]
+    for ray in range(RAYS):
+        arrives += arriving[ray * fresh + place]
     weak[place] = chosen.weak_share * wp.clamp(chosen.times_arriving * arrives, chosen.least_share * total, total)
 
 

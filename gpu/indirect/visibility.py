@@ -15,6 +15,7 @@ from gpu.device_scene.rays import connection, free_path
 from gpu.indirect.ray_plan import (
     PARTS,
     RAY_PLAN_PARAMETERS,
+    RAYS,
     WORD_BITS,
     RayPlan,
     RayPlanParameters,
@@ -119,7 +120,7 @@ class Visibility:
         self._plan: RayPlan = allocate(RayPlan, words, device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
-        self._arriving = wp.zeros_like(self._parts)
+        self._arriving = wp.zeros(int(RAYS) * sp_count, dtype=float, device=device)
         self._picks = wp.zeros(len(self._parts), dtype=int, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         runs = -(-sp_count // self._run)
@@ -148,7 +149,7 @@ class Visibility:
         if self._shared_weak_rays:
             launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts, self._picks], device)
             inputs = [scene, sps, vpls, self._parts, self._picks, self._arriving]
-            launch(arriving_light_kernel(connection(scene)), len(self._parts), inputs, device)
+            launch(arriving_light_kernel(connection(scene)), len(self._arriving), inputs, device)
             launch(weak_light_kernel, count, [sps, self._parts, self._arriving, self._chosen, self._weak], device)
         plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
         trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))

@@ -61,7 +61,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
         """By SP clusters, and by pairs of these and VPL clusters: fitted to the arrays of renderers of many counts."""
         clusters, vpl_clusters = sample_counts.sp_clusters, sample_counts.vpl_clusters
-        return clusters * (5360 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
+        return clusters * (5264 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
 
     @staticmethod
     def traces_lobes(settings: RenderSettings) -> bool:

@@ -12,6 +12,7 @@ from gpu.indirect.ray_plan import (
     NO_LIGHT,
     PARTS,
     RAY_PLAN_PARAMETERS,
+    RAYS,
     RayPlan,
     Run,
     arriving_light_kernel,
@@ -81,7 +82,8 @@ def part_lights(sps: SpClusters, vpls: VplClusters) -> tuple[wp.array, wp.array]
 def weak_lights(sps: SpClusters, vpls: VplClusters, arrives: float = 1.0) -> wp.array:
     """arrives: the share of the light that does."""
     parts, _ = part_lights(sps, vpls)
-    arriving, weak = column(arrives * parts.numpy(), float), wp.zeros(SPS, dtype=float, device=CPU)
+    light = parts.numpy().reshape(-1, int(RAYS), SPS).sum(axis=0)
+    arriving, weak = column(arrives * light.ravel(), float), wp.zeros(SPS, dtype=float, device=CPU)
     launch(weak_light_kernel, SPS, [sps, parts, arriving, RAY_PLAN_PARAMETERS, weak], CPU)
     return weak
 
@@ -117,22 +119,22 @@ def test_weak_is_what_sends_less_than_a_512th_of_all_light(sps: SpClusters, vpls
         assert weak_lights(sps, vpls, arrives).numpy() == pytest.approx(share * total / 512.0, rel=1e-4)
 
 
-def test_a_ray_for_each_part_tells_how_much_light_arrives(sps: SpClusters, vpls: VplClusters) -> None:
+def test_a_few_rays_tell_how_much_light_arrives(sps: SpClusters, vpls: VplClusters) -> None:
     """Past a wall through the middle nothing does."""
     wall = resident_of([quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))], [grey(0.5)])
     parts, picks = part_lights(sps, vpls)
     light = np.maximum(pair_lights(sps, vpls), 0.0)
-    arriving = wp.zeros_like(parts)
+    arriving = wp.zeros(int(RAYS) * SPS, dtype=float, device=CPU)
     inputs = [wall.view(lambertian=True), sps, vpls, parts, picks, arriving]
-    launch(arriving_light_kernel(connection(inputs[0])), int(PARTS) * SPS, inputs, CPU)
+    launch(arriving_light_kernel(connection(inputs[0])), int(RAYS) * SPS, inputs, CPU)
     same = (vpls.disks.numpy()["position"][: vpls.count, 2:] > 0.0) == (sps.position.numpy()[:, 2] > 0.0)
     total = np.maximum(light.sum(axis=0), 1e-30)  # some are behind all
     expected = (light * same).sum(axis=0) / total
-    found = arriving.numpy().reshape(int(PARTS), SPS).sum(axis=0) / total
+    found = arriving.numpy().reshape(int(RAYS), SPS).sum(axis=0) / total
     assert 0.3 < expected.mean() < 0.9
-    assert found.mean() == pytest.approx(expected.mean(), abs=0.03)
+    assert found.mean() == pytest.approx(expected.mean(), abs=0.06)
     # Of two, what sends nearly all has its back to them.
-    assert np.quantile(np.abs(found - expected), 0.9) < 0.2
+    assert np.quantile(np.abs(found - expected), 0.9) < 0.35
 
 
 def test_rays_are_shared_by_weak_neighbours_alone(sps: SpClusters, vpls: VplClusters) -> None:
