@@ -139,8 +139,8 @@ def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
     @wp.kernel(module="unique")
     def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
                               picks: wp.array[int], arriving: wp.array[float]) -> None:  # fmt: skip
-        """One thread a RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray, place), their light
-        where the pick of one of them, chosen by it, is seen, else 0.
+        """One thread a RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray, place), their
+        light where the pick of one of them, chosen by it, is seen, else 0.
         """
         index = first + wp.tid()
         fresh = sps.fresh[0]
