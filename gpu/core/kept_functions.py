@@ -1,4 +1,4 @@
-"""What Warp makes of functions kept, so that it is made once, not anew for each kernel that calls them.
+"""What Warp makes of functions, and their hashes, kept: they are made once, not anew for each kernel that calls them.
 
 Warp makes the code of kernels in Python, one after the other, which takes as long as compilers with many cores do.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 from warp._src.codegen import Adjoint, Struct, strip_reference
-from warp._src.context import ModuleBuilder
+from warp._src.context import Function, ModuleBuilder, ModuleHasher
 
 from gpu.core.code_generation import CONSTANTS, FIELDS_READ
 
@@ -18,10 +18,11 @@ _NOT_IN_CODE = {"fast_math", CONSTANTS}
 # Of a function as it was found: its code.
 _CODE = "kept_code"
 _BUILDS = "kept_builds"
+_HASH = "kept_hash"
 
 _codegen = wp._src.codegen
-_resolve_func, _build_function, _function_code = (
-    Adjoint.resolve_func, ModuleBuilder.build_function, _codegen.codegen_func
+_resolve_func, _build_function, _function_code, _hash_function = (
+    Adjoint.resolve_func, ModuleBuilder.build_function, _codegen.codegen_func, ModuleHasher.hash_function
 )  # fmt: skip
 _overloads: dict[Hashable, Any] = {}
 
@@ -84,8 +85,18 @@ def _kept_code(adj: Adjoint, c_func_name: str, *, options: dict[str, Any], **how
     return kept[asked]
 
 
+def _kept_hash(hasher: ModuleHasher, func: Function) -> bytes:
+    """A function's hash, of all that it calls, too; Warp keeps it for one module alone."""
+    overloads = {**func.user_overloads, **func.user_templates}
+    kept: tuple[dict[str, Function], bytes] | None = vars(func).get(_HASH)
+    if kept is None or kept[0] != overloads:
+        kept = vars(func)[_HASH] = overloads, _hash_function(hasher, func)
+    return kept[1]
+
+
 def keep_functions() -> None:
     """Have Warp keep them, from now on."""
+    ModuleHasher.hash_function = _kept_hash
     Adjoint.resolve_func = _overload
     ModuleBuilder.build_function = _kept_function
     _codegen.codegen_func = _kept_code

@@ -3,6 +3,7 @@ from collections.abc import Iterator
 import pytest
 import warp as wp
 from warp._src.codegen import Adjoint
+from warp._src.context import ModuleHasher
 
 from gpu.core.code_generation import pass_by_reference, tell_constants
 from gpu.core.device import launch
@@ -124,3 +125,39 @@ def test_what_was_found_holds_after_warp_looked_for_something_else(built: list[s
     assert "lamp_of" in code_of(plain)
     assert "power_of" in built
     assert (found_by(plain), found_by(dark)) == (15.0, 6.0)
+
+
+def hash_of(function: wp.Function) -> bytes:
+    """As another module takes it."""
+    return bytes(ModuleHasher([], {}).hash_function(function))
+
+
+def test_a_function_is_hashed_once_for_all_modules(monkeypatch: pytest.MonkeyPatch) -> None:
+    names: list[str] = []
+    hash_adjoint = ModuleHasher.hash_adjoint
+
+    def noted(hasher: ModuleHasher, adj: Adjoint) -> bytes:
+        names.append(adj.fun_name)
+        return bytes(hash_adjoint(hasher, adj))
+
+    monkeypatch.setattr(ModuleHasher, "hash_adjoint", noted)
+    for function in (lamp_of, power_of, twice, powers):
+        vars(function).pop("kept_hash", None)
+    first = hash_of(powers)
+    assert sorted(names) == ["lamp_of", "power_of", "powers", "twice"]
+    assert (hash_of(powers), hash_of(twice) == first) == (first, False)
+    assert len(names) == 4
+
+
+def test_another_overload_is_hashed_anew() -> None:
+    @wp.func
+    def half(value: float) -> float:
+        return value * 0.5
+
+    before = hash_of(half)
+
+    @wp.func
+    def half(value: int) -> int:  # type: ignore[no-redef]
+        return value // 2
+
+    assert hash_of(half) != before
