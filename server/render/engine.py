@@ -59,7 +59,7 @@ from server.wire.worker import (
     Yield,
 )
 
-WORKER = module_command("server.worker.backend")
+WORKER = module_command("server.worker.program")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 FIRST_WORD_SECONDS = 60.0  # until a worker says its first word: it has to import what it needs

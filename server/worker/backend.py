@@ -1,5 +1,4 @@
-"""The worker process's program, `python -m server.worker.backend DESCRIPTOR`: the only part of the service that
-imports Warp.
+"""What renders in a worker process: the only part of the service that imports Warp.
 
 Scenes and renderers are shared by all viewers of them. What is kept for a viewer is the mean of its still view's
 frames, and what its walk leaves behind. A scene that nobody looks at is dropped for another once `max_scenes` are
@@ -9,7 +8,6 @@ loaded, the least recently used first.
 import ctypes
 import logging
 import re
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -28,11 +26,12 @@ from gpu.errors import OutOfMemoryError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
-from gpu.scene.builtin import BUILTIN
+from gpu.scene.builtin import MADE_AT_ONCE
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
 from gpu.scene.environment import with_environment
 from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
+from gpu.scene.types import Scene
 from gpu.settings import RenderSettings
 from gpu.warm_up import warm_up, warm_up_soon
 from server.scenes.scene_info import describe_scene
@@ -45,10 +44,10 @@ from server.worker.loaded_scene import LoadedScene, build, edit, with_kernels
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.picking import picked_part
 from server.worker.renderer_pool import RendererPool, lasting
-from server.worker.scene_reading import read_beside
+from server.worker.scene_reading import SceneReading, read_beside
 from server.worker.scene_states import SceneStates
 from server.worker.tasks import Tasks
-from server.worker.worker import Picture, Report, work
+from server.worker.worker import Picture, Report
 
 FIRST_SIZE = (64, 36)
 # What a job has at least of a turn that others wait for: half of what they may have to wait.
@@ -71,8 +70,9 @@ class _Still:
 class GpuBackend:
     """Renders with gpu/ on one device."""
 
-    def __init__(self) -> None:
-        self._start = Start(SceneRef("", ""))
+    def __init__(self, served: SceneReading | None = None) -> None:
+        """served: the scene that it starts with, if that is being read already."""
+        self._start, self._served = Start(SceneRef("", "")), served
         self._device: wp.Device = None
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
         self._states = SceneStates(lambda state: self._renderers.drop_state(state))
@@ -184,9 +184,8 @@ class GpuBackend:
         if loaded is None:
             self._make_room()
             report(f"reading {ref.id}", 0.0)
-            built_in = ref.source in BUILTIN
-            scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start, packed)
-            scene = replace(with_environment(scene, self._start.environment), name=ref.id)  # all that viewers know
+            scene = with_environment(self._read(ref, packed), self._start.environment)
+            scene = replace(scene, name=ref.id)  # all that viewers know
             report(f"building {ref.id}", 0.5)
             loaded = build(ref, scene, self._device)
             report("compiling kernels, which the first time takes a minute", 0.8)
@@ -194,6 +193,12 @@ class GpuBackend:
                 loaded = with_kernels(loaded, late)
         self._scenes[ref] = loaded
         return loaded
+
+    def _read(self, ref: SceneRef, packed: str) -> Scene:
+        if ref.source in MADE_AT_ONCE:
+            return load_scene(ref.source, options=ref.options)
+        served, self._served = self._served, None
+        return served.scene() if served is not None else read_beside(ref, self._start, packed)
 
     def _take_late_kernels(self, ref: SceneRef) -> None:
         """Have a scene shown by its own kernels from its next frame on, once they are compiled."""
@@ -320,7 +325,3 @@ class GpuBackend:
         samples, target = frame.stats.counts["frames"], sample_counts_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
-
-
-if __name__ == "__main__":
-    sys.exit(work(int(sys.argv[1]), GpuBackend()))

@@ -1,7 +1,6 @@
 """Scenes that are read for the worker by a process of their own, behind walls, while it renders for others."""
 
 import os
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from signal import SIGKILL
@@ -21,59 +20,69 @@ from server.wire.worker import SceneRef, Start
 PATIENCE = 2  # times of the processor's time that a reader may take: others render meanwhile
 
 
-def read_beside(scene: SceneRef, start: Start, packed: str = "") -> Scene:
-    """The scene in a file; others may have the device until it is there. packed: where it is if it was read already.
+class SceneReading:
+    """A process that reads a scene, from now on."""
 
-    Raises SceneError where it is not sound or takes more memory or time than `start` allows.
-    """
-    if packed:
-        with suppress(OSError), Path(packed).open("rb") as file:
-            return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
-    result = os.memfd_create("scene", os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC)
-    with os.fdopen(result, "rb") as file, os.fdopen(os.memfd_create("answer"), "rb") as answer:
-        request = CheckRequest(
-            source=scene.source,
+    def __init__(self, ref: SceneRef, start: Start) -> None:
+        """As `start` allows."""
+        self._name, self._limits = ref.id, start.scene_limits
+        self._deadline = monotonic() + PATIENCE * start.check_seconds
+        self._result = os.fdopen(os.memfd_create("scene", os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC), "rb")
+        self._answer = os.fdopen(os.memfd_create("answer"), "rb")
+        self._request = CheckRequest(
+            source=ref.source,
             folder=None,
             limits=start.scene_limits,
             max_unpacked_bytes=0,
             memory_bytes=start.check_memory_bytes,
             seconds=start.check_seconds,
-            options=scene.options,
-            result=result,
+            options=ref.options,
+            result=self._result.fileno(),
         )
-        status = _run(request, answer.fileno(), scene.id)
-        answer.seek(0)
-        said = answer_of(answer.read(MAX_ANSWER_BYTES), status, request, scene.id)
-        if isinstance(said, Refused):
-            raise SceneError(scene.id, said.field, said.problem)
-        # Nothing that the reader has left behind can change what was checked.
-        seal(result)
-        return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
-
-
-def _run(request: CheckRequest, answer: int, name: str) -> int:
-    """Run a reader that writes its answer to that descriptor; its exit status."""
-    assert request.result is not None
-    deadline = monotonic() + PATIENCE * request.seconds
-    process = Popen(
-        (*CHECK, str(os.getpid())),
-        stdin=PIPE,
-        stdout=answer,
-        pass_fds=[request.result],
-        env=clean_environment() | ONE_THREAD,
-        start_new_session=True,
-    )
-    try:
-        assert process.stdin is not None
+        self._process = Popen(
+            (*CHECK, str(os.getpid())),
+            stdin=PIPE,
+            stdout=self._answer,
+            pass_fds=[self._result.fileno()],
+            env=clean_environment() | ONE_THREAD,
+            start_new_session=True,
+        )
+        assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # it has ended, which its status tells
-            process.stdin.write(request.model_dump_json().encode())
-            process.stdin.close()
-        ended: Callable[[], bool] = lambda: process.poll() is not None or monotonic() > deadline  # noqa: E731
-        DEVICE_SHARING.wait_for(ended)
-        if process.poll() is None:
-            raise SceneError(name, "", too_long(request))
-        return process.returncode
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, SIGKILL)  # with all it has started
-        process.wait()
+            self._process.stdin.write(self._request.model_dump_json().encode())
+            self._process.stdin.close()
+
+    def scene(self) -> Scene:
+        """The scene, once: others may have the device until it is there.
+
+        Raises SceneError where it is not sound or takes more memory or time than allowed.
+        """
+        with self._result, self._answer:
+            status = self._ended()
+            self._answer.seek(0)
+            said = answer_of(self._answer.read(MAX_ANSWER_BYTES), status, self._request, self._name)
+            if isinstance(said, Refused):
+                raise SceneError(self._name, said.field, said.problem)
+            # Nothing that the reader has left behind can change what was checked.
+            seal(self._result.fileno())
+            return read_scene(self._result, self._name, self._limits, DEVICE_SHARING.pause)
+
+    def _ended(self) -> int:
+        """Wait for the process; its exit status."""
+        try:
+            DEVICE_SHARING.wait_for(lambda: self._process.poll() is not None or monotonic() > self._deadline)
+            if self._process.poll() is None:
+                raise SceneError(self._name, "", too_long(self._request))
+            return self._process.returncode
+        finally:
+            if self._process.poll() is None:
+                os.killpg(self._process.pid, SIGKILL)  # with all it has started
+            self._process.wait()
+
+
+def read_beside(scene: SceneRef, start: Start, packed: str = "") -> Scene:
+    """A scene, read by a process of its own; packed: where it is if it was read already. Errors as of SceneReading."""
+    if packed:
+        with suppress(OSError), Path(packed).open("rb") as file:
+            return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
+    return SceneReading(scene, start).scene()

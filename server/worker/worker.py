@@ -3,7 +3,7 @@ meanwhile.
 
 The web process sends the next job when it hears that one has left the device, or pauses, so the queue, its fairness and
 the newest pose stay there and nothing waits here. One thread takes jobs and goes on with those whose frames are ready;
-what renders is a `Backend`; server.worker.backend has the real one.
+what renders is a `Backend`; server.worker.program has the real one.
 """
 
 import logging
@@ -145,9 +145,11 @@ class Backend(Protocol):
 class Worker:
     """Takes messages from a socket to the backend and its answers back."""
 
-    def __init__(self, connection: socket.socket, backend: Backend) -> None:
+    _backend: Backend  # since it was started
+
+    def __init__(self, connection: socket.socket, make: Callable[[Start], Backend]) -> None:
         self._connection = connection
-        self._backend = backend
+        self._make = make
         self._sending = Lock()
         # A SimpleQueue waits for ever where a short wait is over before it has begun to wait.
         self._inbox: Queue[ToWorker] = Queue()
@@ -170,6 +172,7 @@ class Worker:
         self._send(Progress("starting", 0.0))
         try:
             report = self._reporter(quiet_seconds=0.0)
+            self._backend = self._make(start)
             device = self._backend.start(start, report, self._tasks)
             report.end()
             DEVICE_SHARING.begin(self._tasks)
@@ -333,11 +336,14 @@ def _end_with_parent() -> None:
         process_control(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
-def work(descriptor: int, backend: Backend) -> int:
-    """Run a worker on the inherited socket `descriptor`; returns the process's exit status."""
+def work(descriptor: int, make: Callable[[Start], Backend]) -> int:
+    """Run a worker on the inherited socket `descriptor`; returns the process's exit status.
+
+    make: what renders for a service that was started so.
+    """
     # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
     sys.setswitchinterval(SWITCH_SECONDS)
     with socket.socket(fileno=descriptor) as connection:
-        return Worker(connection, backend).run()
+        return Worker(connection, make).run()

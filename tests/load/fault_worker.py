@@ -51,4 +51,4 @@ class FaultBackend(GpuBackend):
 
 
 if __name__ == "__main__":
-    sys.exit(work(int(sys.argv[1]), FaultBackend()))
+    sys.exit(work(int(sys.argv[1]), lambda _: FaultBackend()))

@@ -1,4 +1,4 @@
-"""Scenes that need no file: each is made in about a second from NumPy alone, and always the same."""
+"""Scenes that need no file: each is made in a few seconds from NumPy alone, and always the same."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -16,3 +16,5 @@ def _maker(module: str) -> Callable[[], Scene]:
 
 _NAMES = ("conference-room", "living-room", "atrium", "cornell-box", "glass-box", "water-box")
 BUILTIN: dict[str, Callable[[], Scene]] = {name: _maker(name.replace("-", "_")) for name in _NAMES}
+MADE_AT_ONCE = frozenset({"cornell-box", "glass-box", "water-box"})
+"""Those that take no longer than a process that would make them takes to start."""

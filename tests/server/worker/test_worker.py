@@ -312,7 +312,8 @@ def test_looks_for_messages_end_however_short_they_are(monkeypatch: pytest.Monke
     backend = create_autospec(Backend, instance=True)
     ours, theirs = socket.socketpair()
     with ours, theirs:
-        worker = Worker(theirs, backend)
+        worker = Worker(theirs, lambda _: backend)
+        worker._backend = backend
 
         def look() -> None:
             for viewer in range(2000):
