@@ -5,6 +5,7 @@ Colours are "#rrggbb" in sRGB, several in one string with spaces between. Every 
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,17 +27,24 @@ def image(colours: Doubles) -> Bytes:
     return pixels
 
 
-def noise(size: int, seed: int, slope: float = 1.5, stretch: Sequence[float] = (1.0, 1.0), low: float = 1.0) -> Doubles:
+@lru_cache(maxsize=16)
+def _gain(size: int, slope: float, stretch: tuple[float, float], low: float) -> Doubles:
+    """Of the frequencies (size, size // 2 + 1) of `noise`, which many images share."""
+    across = np.fft.rfftfreq(size, 1.0 / size) * stretch[0]
+    down = np.fft.fftfreq(size, 1.0 / size)[:, None] * stretch[1]
+    frequency = np.hypot(across, down)
+    return np.asarray(np.where(frequency >= low, np.maximum(frequency, low), np.inf) ** -slope)
+
+
+def noise(
+    size: int, seed: int, slope: float = 1.5, stretch: tuple[float, float] = (1.0, 1.0), low: float = 1.0
+) -> Doubles:
     """Seamless noise (size, size) of mean 0 and deviation 1 whose amplitude falls with frequency to the power `slope`.
 
     stretch: how much longer its features are along u and v; low: frequencies below it, in cycles an image, are cut.
     """
     white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((size, size)))
-    across = np.fft.rfftfreq(size, 1.0 / size) * stretch[0]
-    down = np.fft.fftfreq(size, 1.0 / size)[:, None] * stretch[1]
-    frequency = np.hypot(across, down)
-    gain = np.where(frequency >= low, np.maximum(frequency, low), np.inf) ** -slope
-    values = np.fft.irfft2(white * gain, (size, size))
+    values = np.fft.irfft2(white * _gain(size, slope, stretch, low), (size, size))
     return np.asarray(values / values.std())
 
 
@@ -100,14 +108,17 @@ def plaster(seed: int, colour: str, amount: float = 0.02, size: int = 512) -> By
     return image(palette(colour) * (1.0 + amount * cloud)[..., None])
 
 
+@lru_cache(maxsize=2)
+def _weave(threads: int, size: int) -> Doubles:
+    """The light (size, size) of a plain weave."""
+    v, u = np.mgrid[0:size, 0:size] * (2.0 * np.pi * threads / size)
+    crossing = np.sin(u / 2) * np.sin(v / 2)
+    return np.asarray(0.5 + 0.25 * crossing * np.sign(crossing) - 0.1 * np.cos(u) * np.cos(v))
+
+
 def fabric(seed: int, colours: str, threads: int = 64, size: int = 512) -> Bytes:
     """A plain weave of `threads` an image in `colours` from shadow to light."""
-    v, u = np.mgrid[0:size, 0:size] * (2.0 * np.pi * threads / size)
-    weave = (
-        0.5
-        + 0.25 * np.sin(u / 2) * np.sin(v / 2) * np.sign(np.sin(u / 2) * np.sin(v / 2))
-        - 0.1 * np.cos(u) * np.cos(v)
-    )
+    weave = _weave(threads, size)
     return image(ramp(weave + 0.1 * noise(size, seed, 0.4) + 0.05 * noise(size, seed + 1), colours))
 
 
