@@ -82,9 +82,12 @@ def host_kernel(function: Callable[..., None]) -> wp.Kernel:
 
 
 def imported_kernels(package: str = PACKAGE) -> list[wp.Kernel]:
-    """Those at the top of the modules of a package that have been imported, but those of the host."""
-    modules = [module for name, module in sys.modules.items() if name.startswith(f"{package}.")]
-    values = [value for module in modules for value in vars(module).values()]
+    """Those at the top of the modules of a package that have been imported, but those of the host.
+
+    Another thread may import more meanwhile.
+    """
+    modules = [module for name, module in sys.modules.copy().items() if name.startswith(f"{package}.")]
+    values = [value for module in modules for value in vars(module).copy().values()]
     return [value for value in values if isinstance(value, wp.Kernel) and value not in _host_kernels]
 
 

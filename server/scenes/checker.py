@@ -60,7 +60,7 @@ def _death(status: int, request: CheckRequest) -> str:
     ended = signal.Signals(-status).name if status < 0 else f"status {status}"
     return (
         f"cannot be read: its reader ended with {ended}; the file is broken, or needs more than the "
-        f"{request.memory_bytes} bytes of check_memory_bytes of this server"
+        f"{request.memory_bytes} bytes of check_memory_bytes of this server, whose log may have more"
     )
 
 

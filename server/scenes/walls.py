@@ -52,11 +52,17 @@ def missing() -> list[str]:
     return [name for name, it in has.items() if not it]
 
 
+def _has_packages(path: Path) -> bool:
+    """Whether this part of Python's path is where packages were installed, not a project's folder, which has more."""
+    named = path.name in ("site-packages", "dist-packages") or path.suffix == ".zip"
+    return named or any(path.glob("*.dist-info"))
+
+
 def _own() -> list[tuple[Path, int]]:
     """Python, its packages, this project, and the system's libraries; of other folders on the way only the names."""
     listed = [Path(it) for it in sys.path if it and Path(it).is_dir()]
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, *sysconfig.get_paths().values()}
-    packages = [path for path in listed if path.name in ("site-packages", "dist-packages") or path.suffix == ".zip"]
+    packages = [path for path in listed if _has_packages(path)]
     libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     parts = [Path(module.__path__[0]) for module in (gpu, server)]
     run = [*map(Path, (*_SYSTEM, *prefixes, *filter(None, libraries))), *packages, *parts]

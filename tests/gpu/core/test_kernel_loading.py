@@ -1,9 +1,12 @@
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from secrets import randbits
 from threading import Event, current_thread
 from time import monotonic, sleep
+from types import ModuleType
+from typing import Any
 
 import pytest
 import warp as wp
@@ -85,6 +88,20 @@ def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.Mon
     name = kernel.module.get_module_identifier(128)  # where Warp looks for it on such a GPU
     assert (tmp_path / name / f"{name}.sm90.cubin").stat().st_size > 0
     assert not list(tmp_path.rglob("*.o"))
+
+
+def test_kernels_are_looked_for_while_others_are_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Growing(str):
+        """A name at whose look another module is imported."""
+
+        __slots__ = ()
+
+        def startswith(self, *arguments: Any) -> bool:
+            monkeypatch.setitem(sys.modules, f"growing.{len(sys.modules)}", ModuleType("more"))
+            return super().startswith(*arguments)
+
+    monkeypatch.setitem(sys.modules, Growing("growing.one"), ModuleType("one"))
+    assert imported_kernels("growing") == []
 
 
 def test_imported_kernels_are_the_packages_own() -> None:

@@ -56,6 +56,24 @@ def test_only_the_scene_and_pythons_own_files_are_opened(tmp_path: Path) -> None
     assert tried(folder, *may, *must_not) == dict.fromkeys(may, "done") | dict.fromkeys(must_not, "PermissionError")
 
 
+@needs_landlock
+def test_packages_may_be_installed_anywhere(tmp_path: Path) -> None:
+    """Of other folders on Python's path only the names are read."""
+    folder, packages, project = tmp_path / "scene", tmp_path / "packages", tmp_path / "project"
+    for each in (folder, packages, packages / "one-1.0.dist-info", project):
+        each.mkdir()
+    (packages / "one.py").touch()
+    (project / "two.py").touch()
+    path = f"sys.path += [{str(packages)!r}, {str(project)!r}]\n"
+    run = subprocess.run(
+        [sys.executable, "-I", "-c", f"import sys\n{path}{TRY}", str(folder), "", "import one", "import two"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split() == ["done", "PermissionError"]
+
+
 @needs_seccomp
 def test_there_is_no_network_and_no_other_process(tmp_path: Path) -> None:
     may = ("threading.Thread(target=print, args=('',)).start()", "os.kill(os.getpid(), 0)")
