@@ -33,6 +33,7 @@ EIGHTS = WORD_BITS // EIGHT
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 RAYS = wp.constant(8)
+GOLDEN = wp.constant(0.61803399)
 NO_LIGHT = wp.constant(-1.0)
 
 
@@ -102,9 +103,16 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
 
 
 @wp.func
-def chance_of(number: int, sp: int) -> float:
-    """In [0, 1): as by chance, of what has that number at a representative."""
-    return float(hashed(wp.uint32(number) ^ hashed(wp.uint32(sp)))) * TO_UNIT
+def chance_of(number: int) -> float:
+    """In [0, 1), as by chance."""
+    return float(hashed(wp.uint32(number))) * TO_UNIT
+
+
+@wp.func
+def next_chance(chance: float) -> float:
+    """Another number in [0, 1), far from those before (Weyl's sequence by the golden ratio)."""
+    further = chance + GOLDEN
+    return wp.where(further < 1.0, further, further - 1.0)
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -123,10 +131,12 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     vpl = index // fresh
     total = float(0.0)
     pick = int(-1)
+    chance = chance_of(vpl * sps.position.shape[0] + sp)
     while vpl < vpls.count:
         light = wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
         total += light
-        pick = wp.where(chance_of(vpl, sp) * total < light, vpl, pick)
+        chance = next_chance(chance)
+        pick = wp.where(chance * total < light, vpl, pick)
         vpl += PARTS
     parts[index] = total
     picks[index] = pick
@@ -150,10 +160,12 @@ def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
         sp = sps.order[place]
         total = float(0.0)
         pick = int(-1)
+        chance = chance_of(-1 - index)
         for part in range(index // fresh, PARTS, RAYS):
             light = parts[part * fresh + place]
             total += light
-            pick = wp.where(chance_of(-1 - part, sp) * total < light, picks[part * fresh + place], pick)
+            chance = next_chance(chance)
+            pick = wp.where(chance * total < light, picks[part * fresh + place], pick)
         arriving[index] = 0.0
         if pick < 0:
             return
