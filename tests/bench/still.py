@@ -16,12 +16,12 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
+from gpu.warm_up import warm_up_still
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
 from tests.bench.store import Row, Task
 from tests.bench.subjects import Subject
 from tests.bench.suite import Suite
-from tests.bench.timing import load_kernels
 
 # A view is looked at for so long, or so many frames.
 MOST_SECONDS, FRAMES, QUICK_FRAMES = 10.0, 2048, 4
@@ -101,9 +101,10 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     subject = suite.subject(name)
     trace = partial(trace_spread, suite, subject)
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
-    load_kernels(subject.device_scene, settings)
+    frames = QUICK_FRAMES if suite.quick else FRAMES
+    warm_up_still(subject.device_scene, settings, frames)
     seconds, pictures = 0.0, []
-    for number, following, frame in resting(subject, settings, QUICK_FRAMES if suite.quick else FRAMES):
+    for number, following, frame in resting(subject, settings, frames):
         if number > 1 and not is_kept(number - 1, seconds, following):
             pictures.pop()
         seconds = following
