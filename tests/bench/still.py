@@ -16,7 +16,7 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
-from gpu.warm_up import warm_up_still
+from gpu.warm_up import warm_up
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
 from tests.bench.store import Row, Task
@@ -102,7 +102,7 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     trace = partial(trace_spread, suite, subject)
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
     frames = QUICK_FRAMES if suite.quick else FRAMES
-    warm_up_still(subject.device_scene, settings, frames)
+    warm_up(subject.device_scene, settings)
     seconds, pictures = 0.0, []
     for number, following, frame in resting(subject, settings, frames):
         if number > 1 and not is_kept(number - 1, seconds, following):
