@@ -86,7 +86,10 @@ def _kept_code(adj: Adjoint, c_func_name: str, *, options: dict[str, Any], **how
 
 
 def _kept_hash(hasher: ModuleHasher, func: Function) -> bytes:
-    """A function's hash, of all that it calls, too; Warp keeps it for one module alone."""
+    """A function's hash, of all that it calls, too; Warp keeps it for one module alone.
+
+    What it calls and the constants that it reads must not change once a kernel that calls it has been loaded.
+    """
     overloads = {**func.user_overloads, **func.user_templates}
     kept: tuple[dict[str, Function], bytes] | None = vars(func).get(_HASH)
     if kept is None or kept[0] != overloads:

@@ -4,7 +4,7 @@ Pairs that face away from or lie behind each other get no ray: the representativ
 
 Most others exchange little. A VPL cluster that sends a representative less than a 512th of all its light, if nothing
 hid any, is weak there. Where little of that arrives, as around a lamp whose shade keeps it, all its light counts as
-four times what does, which a ray to one cluster of each RAYS-th of them tells, chosen by its light. Of eight
+four times what does, which a ray to one cluster of each ARRIVAL_RAYS-th of them tells, chosen by its light. Of eight
 neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32, those eights whose weak ones
 send less than a 512th together share one; the others have a ray each. What that can be wrong by at a representative: by
 less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours, and on the whole by no more than
@@ -32,8 +32,10 @@ EIGHT = wp.constant(8)
 EIGHTS = WORD_BITS // EIGHT
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
-RAYS = wp.constant(8)
-GOLDEN = wp.constant(0.61803399)
+# That tell how much light arrives at a representative: one for so many parts, at least one, together.
+ARRIVAL_RAYS = wp.constant(8)
+LEAST_LIGHT = wp.constant(1.0e-30)
+BELOW_ONE = wp.constant(0.99999994)
 NO_LIGHT = wp.constant(-1.0)
 
 
@@ -109,10 +111,11 @@ def chance_of(number: int) -> float:
 
 
 @wp.func
-def next_chance(chance: float) -> float:
-    """Another number in [0, 1), far from those before (Weyl's sequence by the golden ratio)."""
-    further = chance + GOLDEN
-    return wp.where(further < 1.0, further, further - 1.0)
+def chance_left(chance: float, share: float) -> float:
+    """What is uniform in [0, 1) again, as by chance, once `chance`, which was, has said whether it is below `share`."""
+    below = chance / wp.max(share, LEAST_LIGHT)
+    above = (chance - share) / wp.max(1.0 - share, LEAST_LIGHT)
+    return wp.min(wp.where(chance < share, below, above), BELOW_ONE)
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -135,8 +138,9 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     while vpl < vpls.count:
         light = wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
         total += light
-        chance = next_chance(chance)
-        pick = wp.where(chance * total < light, vpl, pick)
+        share = light / wp.max(total, LEAST_LIGHT)
+        pick = wp.where(chance < share, vpl, pick)
+        chance = chance_left(chance, share)
         vpl += PARTS
     parts[index] = total
     picks[index] = pick
@@ -149,23 +153,24 @@ def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
     @wp.kernel(module="unique")
     def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
                               picks: wp.array[int], arriving: wp.array[float]) -> None:  # fmt: skip
-        """One thread a RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray, place), their
-        light where the pick of one of them, chosen by it, is seen, else 0.
+        """One thread an ARRIVAL_RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray,
+        place), their light where the pick of one of them, chosen by it, is seen, else 0.
         """
         index = first + wp.tid()
         fresh = sps.fresh[0]
-        if index >= RAYS * fresh:
+        if index >= ARRIVAL_RAYS * fresh:
             return
         place = index % fresh
         sp = sps.order[place]
         total = float(0.0)
         pick = int(-1)
         chance = chance_of(-1 - index)
-        for part in range(index // fresh, PARTS, RAYS):
+        for part in range(index // fresh, PARTS, ARRIVAL_RAYS):
             light = parts[part * fresh + place]
             total += light
-            chance = next_chance(chance)
-            pick = wp.where(chance * total < light, picks[part * fresh + place], pick)
+            share = light / wp.max(total, LEAST_LIGHT)
+            pick = wp.where(chance < share, picks[part * fresh + place], pick)
+            chance = chance_left(chance, share)
         arriving[index] = 0.0
         if pick < 0:
             return
@@ -191,7 +196,7 @@ def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], arriv
     arrives = float(0.0)
     for part in range(PARTS):
         total += parts[part * fresh + place]
-    for ray in range(RAYS):
+    for ray in range(ARRIVAL_RAYS):
         arrives += arriving[ray * fresh + place]
     weak[place] = chosen.weak_share * wp.clamp(chosen.times_arriving * arrives, chosen.least_share * total, total)
 

@@ -13,9 +13,9 @@ from gpu.core.intrinsics import lowest_bit
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection, free_path
 from gpu.indirect.ray_plan import (
+    ARRIVAL_RAYS,
     PARTS,
     RAY_PLAN_PARAMETERS,
-    RAYS,
     WORD_BITS,
     RayPlan,
     RayPlanParameters,
@@ -120,7 +120,7 @@ class Visibility:
         self._plan: RayPlan = allocate(RayPlan, words, device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
-        self._arriving = wp.zeros(int(RAYS) * sp_count, dtype=float, device=device)
+        self._arriving = wp.zeros(int(ARRIVAL_RAYS) * sp_count, dtype=float, device=device)
         self._picks = wp.zeros(len(self._parts), dtype=int, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         runs = -(-sp_count // self._run)

@@ -62,8 +62,8 @@ from server.wire.worker import (
 WORKER = module_command("server.worker.program")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
-FIRST_WORD_SECONDS = 60.0  # until a worker says its first word: it has to import what it needs
-START_SECONDS = 600.0  # that a worker may say nothing after that while it starts: it may compile every kernel
+FIRST_WORD_SECONDS = 60.0  # until a worker says its first word: it has to import what takes messages
+START_SECONDS = 600.0  # that a worker may say nothing after that: it imports what renders, and may compile all of it
 MOST_STARTS = 5  # of workers in a row before one has ever been ready: what stops them does not go away
 OVERDUE_SECONDS = 5.0  # without a word, after which a turn takes too long for others
 TURN_SECONDS = 30.0  # after which it does so in any case

@@ -198,7 +198,9 @@ class GpuBackend:
         if ref.source in MADE_AT_ONCE:
             return load_scene(ref.source, options=ref.options)
         served, self._served = self._served, None
-        return served.scene() if served is not None else read_beside(ref, self._start, packed)
+        if served is not None and served.ref == ref:
+            return served.scene()
+        return read_beside(ref, self._start, packed)
 
     def _take_late_kernels(self, ref: SceneRef) -> None:
         """Have a scene shown by its own kernels from its next frame on, once they are compiled."""

@@ -10,6 +10,7 @@ from time import monotonic
 from gpu.child_process import clean_environment
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
+from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Scene
 from server.scenes.checked import CheckRequest, Refused
 from server.scenes.checker import CHECK, MAX_ANSWER_BYTES, ONE_THREAD, answer_of, too_long
@@ -21,12 +22,13 @@ PATIENCE = 2  # times of the processor's time that a reader may take: others ren
 
 
 class SceneReading:
-    """A process that reads a scene, from now on."""
+    """A process that reads the scene `ref`, from now on."""
 
     def __init__(self, ref: SceneRef, start: Start) -> None:
-        """As `start` allows."""
-        self._name, self._limits = ref.id, start.scene_limits
-        self._deadline = monotonic() + PATIENCE * start.check_seconds
+        """As `start` allows a file; a built-in scene has the usual limits, whatever those are."""
+        if ref.source in BUILTIN:
+            start = Start(ref)
+        self.ref, self._limits, self._seconds = ref, start.scene_limits, start.check_seconds
         self._result = os.fdopen(os.memfd_create("scene", os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC), "rb")
         self._answer = os.fdopen(os.memfd_create("answer"), "rb")
         self._request = CheckRequest(
@@ -60,19 +62,20 @@ class SceneReading:
         with self._result, self._answer:
             status = self._ended()
             self._answer.seek(0)
-            said = answer_of(self._answer.read(MAX_ANSWER_BYTES), status, self._request, self._name)
+            said = answer_of(self._answer.read(MAX_ANSWER_BYTES), status, self._request, self.ref.id)
             if isinstance(said, Refused):
-                raise SceneError(self._name, said.field, said.problem)
+                raise SceneError(self.ref.id, said.field, said.problem)
             # Nothing that the reader has left behind can change what was checked.
             seal(self._result.fileno())
-            return read_scene(self._result, self._name, self._limits, DEVICE_SHARING.pause)
+            return read_scene(self._result, self.ref.id, self._limits, DEVICE_SHARING.pause)
 
     def _ended(self) -> int:
         """Wait for the process; its exit status."""
+        deadline = monotonic() + PATIENCE * self._seconds
         try:
-            DEVICE_SHARING.wait_for(lambda: self._process.poll() is not None or monotonic() > self._deadline)
+            DEVICE_SHARING.wait_for(lambda: self._process.poll() is not None or monotonic() > deadline)
             if self._process.poll() is None:
-                raise SceneError(self._name, "", too_long(self._request))
+                raise SceneError(self.ref.id, "", too_long(self._request))
             return self._process.returncode
         finally:
             if self._process.poll() is None:

@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from importlib import import_module
 
+from gpu.scene.builtin import textures
 from gpu.scene.types import Scene
 
 
 def _maker(module: str) -> Callable[[], Scene]:
     def make() -> Scene:
         scene: Scene = import_module(f"gpu.scene.builtin.{module}").make()
+        textures.forget()
         return scene
 
     return make

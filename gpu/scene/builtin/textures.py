@@ -20,6 +20,12 @@ def palette(colours: str) -> Doubles:
     return np.array([list(bytes.fromhex(colour[1:])) for colour in colours.split()]) / 255.0
 
 
+def forget() -> None:
+    """Free what images have shared."""
+    _gain.cache_clear()
+    _weave.cache_clear()
+
+
 def image(colours: Doubles) -> Bytes:
     """Pixels of sRGB values (height, width, 3) in 0 to 1."""
     pixels = np.full((*colours.shape[:2], 4), 255, np.uint8)

@@ -9,10 +9,10 @@ from scenes import box, column, grey, quad, resident_of, results, strewn_vpls
 from gpu.core.device import allocate, launch
 from gpu.device_scene.rays import connection
 from gpu.indirect.ray_plan import (
+    ARRIVAL_RAYS,
     NO_LIGHT,
     PARTS,
     RAY_PLAN_PARAMETERS,
-    RAYS,
     RayPlan,
     Run,
     arriving_light_kernel,
@@ -82,7 +82,7 @@ def part_lights(sps: SpClusters, vpls: VplClusters) -> tuple[wp.array, wp.array]
 def weak_lights(sps: SpClusters, vpls: VplClusters, arrives: float = 1.0) -> wp.array:
     """arrives: the share of the light that does."""
     parts, _ = part_lights(sps, vpls)
-    light = parts.numpy().reshape(-1, int(RAYS), SPS).sum(axis=0)
+    light = parts.numpy().reshape(-1, int(ARRIVAL_RAYS), SPS).sum(axis=0)
     arriving, weak = column(arrives * light.ravel(), float), wp.zeros(SPS, dtype=float, device=CPU)
     launch(weak_light_kernel, SPS, [sps, parts, arriving, RAY_PLAN_PARAMETERS, weak], CPU)
     return weak
@@ -124,17 +124,38 @@ def test_a_few_rays_tell_how_much_light_arrives(sps: SpClusters, vpls: VplCluste
     wall = resident_of([quad((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0))], [grey(0.5)])
     parts, picks = part_lights(sps, vpls)
     light = np.maximum(pair_lights(sps, vpls), 0.0)
-    arriving = wp.zeros(int(RAYS) * SPS, dtype=float, device=CPU)
+    arriving = wp.zeros(int(ARRIVAL_RAYS) * SPS, dtype=float, device=CPU)
     inputs = [wall.view(lambertian=True), sps, vpls, parts, picks, arriving]
-    launch(arriving_light_kernel(connection(inputs[0])), int(RAYS) * SPS, inputs, CPU)
+    launch(arriving_light_kernel(connection(inputs[0])), int(ARRIVAL_RAYS) * SPS, inputs, CPU)
     same = (vpls.disks.numpy()["position"][: vpls.count, 2:] > 0.0) == (sps.position.numpy()[:, 2] > 0.0)
     total = np.maximum(light.sum(axis=0), 1e-30)  # some are behind all
     expected = (light * same).sum(axis=0) / total
-    found = arriving.numpy().reshape(int(RAYS), SPS).sum(axis=0) / total
+    found = arriving.numpy().reshape(int(ARRIVAL_RAYS), SPS).sum(axis=0) / total
     assert 0.3 < expected.mean() < 0.9
     assert found.mean() == pytest.approx(expected.mean(), abs=0.06)
     # Of two, what sends nearly all has its back to them.
     assert np.quantile(np.abs(found - expected), 0.9) < 0.35
+
+
+def test_clusters_are_asked_by_their_light(sps: SpClusters, vpls: VplClusters) -> None:
+    """All representatives are the same, of those a part is asked once each."""
+    count, one = 4000, sps
+    many: SpClusters = allocate(SpClusters, count, CPU)
+    many.position = column(np.repeat(one.position.numpy()[:1], count, axis=0), wp.vec3)
+    many.geometric_normal = column(np.repeat(one.geometric_normal.numpy()[:1], count, axis=0), wp.vec3)
+    many.order = column(np.arange(count), wp.int32)
+    many.fresh = wp.full(1, count, dtype=int, device=CPU)
+    parts, picks = (wp.zeros(int(PARTS) * count, dtype=kind, device=CPU) for kind in (float, int))
+    launch(pair_light_kernel, int(PARTS) * count, [many, vpls, parts, picks], CPU)
+    light = np.maximum(pair_lights(sps, vpls)[:, 0], 0.0)
+    for part, asked in enumerate(picks.numpy().reshape(int(PARTS), count)):
+        members = np.arange(part, vpls.count, int(PARTS))
+        if light[members].sum() == 0.0:
+            assert (asked == -1).all()
+            continue
+        share = light[members] / light[members].sum()
+        found = (asked[:, None] == members).mean(axis=0)
+        assert np.abs(found - share).max() < 5.0 * 0.5 / np.sqrt(count)
 
 
 def test_rays_are_shared_by_weak_neighbours_alone(sps: SpClusters, vpls: VplClusters) -> None:

@@ -12,6 +12,7 @@ from harness import alive, wait_for
 
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import SceneError
+from gpu.scene.limits import SceneLimits
 from gpu.scene.load import load_scene
 from server.scenes.packed_scene import write_scene
 from server.wire.worker import SceneRef, Start
@@ -63,6 +64,11 @@ def test_readers_that_end_badly_are_no_fault_of_the_worker(
     monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-I", "-c", f"input()\n{program}"))
     with pytest.raises(SceneError, match=f"^hall: .*{sentence}|^hall: {sentence}"):
         read_beside(SceneRef("hall", "/nowhere/hall.glb"), Start(SceneRef("", ""), check_seconds=seconds))
+
+
+def test_limits_of_files_are_none_of_built_in_scenes() -> None:
+    few = Start(SceneRef("", ""), scene_limits=SceneLimits(max_triangles=1), check_seconds=0.01)
+    assert len(read_beside(SceneRef("box", "cornell-box"), few).triangles) > 1
 
 
 def test_a_reader_that_has_ended_before_it_was_asked_is_no_fault_of_the_worker(monkeypatch: pytest.MonkeyPatch) -> None:
