@@ -3,14 +3,13 @@
 from collections.abc import Callable
 from importlib import import_module
 
-from gpu.scene.builtin import textures
 from gpu.scene.types import Scene
 
 
 def _maker(module: str) -> Callable[[], Scene]:
     def make() -> Scene:
         scene: Scene = import_module(f"gpu.scene.builtin.{module}").make()
-        textures.forget()
+        import_module("gpu.scene.builtin.textures").forget()
         return scene
 
     return make

@@ -49,3 +49,12 @@ def test_noise_is_seamless_and_stretched_where_asked() -> None:
     assert abs(values.mean()) < 1e-9
     across = np.abs(np.diff(values, axis=1)).mean()
     assert across < 0.5 * np.abs(np.diff(values, axis=0)).mean()
+
+
+def test_what_images_share_is_made_once_and_forgotten() -> None:
+    textures.forget()
+    first, again = textures.fabric(3, BROWN, size=64), textures.fabric(3, BROWN, size=64)
+    assert np.array_equal(first, again)
+    assert textures._weave.cache_info().misses == 1
+    textures.forget()
+    assert textures._gain.cache_info().currsize + textures._weave.cache_info().currsize == 0
