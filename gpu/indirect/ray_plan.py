@@ -32,7 +32,7 @@ EIGHT = wp.constant(8)
 EIGHTS = WORD_BITS // EIGHT
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
-# That tell how much light arrives at a representative: one for so many parts, at least one, together.
+# Rays that tell how much light arrives at a representative, each for as many of these parts; no more than there are.
 ARRIVAL_RAYS = wp.constant(8)
 LEAST_LIGHT = wp.constant(1.0e-30)
 BELOW_ONE = wp.constant(0.99999994)
