@@ -101,10 +101,9 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     subject = suite.subject(name)
     trace = partial(trace_spread, suite, subject)
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
-    frames = QUICK_FRAMES if suite.quick else FRAMES
     warm_up(subject.device_scene, settings)
     seconds, pictures = 0.0, []
-    for number, following, frame in resting(subject, settings, frames):
+    for number, following, frame in resting(subject, settings, QUICK_FRAMES if suite.quick else FRAMES):
         if number > 1 and not is_kept(number - 1, seconds, following):
             pictures.pop()
         seconds = following
