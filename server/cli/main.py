@@ -20,6 +20,7 @@ from gpu.scene.load import SUFFIXES
 from gpu.scene.moment import Moment
 from gpu.settings import Component, RenderSettings
 from server.cli.options import add_options, flag_of, given_options, model_from
+from server.importing import kept_imports
 from server.settings import ServerSettings, load_settings
 from server.video.film_settings import FILM_SUFFIX, FilmSettings
 
@@ -92,7 +93,8 @@ def _serve(options: Namespace) -> int:
         flags["scene_options"] = model_from(options, ImportOptions)
     settings = load_settings(options.config, flags)
 
-    from server.app import serve
+    with kept_imports():
+        from server.app import serve
 
     serve(settings)
     return 0
@@ -136,9 +138,10 @@ def _render(options: Namespace) -> int:
     elif options.camera is not None:
         raise UserError("--camera: is of one picture; leave it out, or --path")
 
-    from server.cli.film import is_numbered, render_film
-    from server.cli.still import render_file
-    from server.cli.studio import ChosenScene, PictureOptions
+    with kept_imports():
+        from server.cli.film import is_numbered, render_film
+        from server.cli.still import render_file
+        from server.cli.studio import ChosenScene, PictureOptions
 
     if options.path is None and is_numbered(output):
         raise UserError(f"{output}: numbers a film's pictures; give the way of its camera by --path FILE")
@@ -215,7 +218,8 @@ def _add_warm(commands: _Commands) -> None:
 def _warm(options: Namespace) -> int:
     settings, reading = model_from(options, RenderSettings), model_from(options, ImportOptions)
 
-    from server.cli.warm import warm_scenes, warm_scenes_for
+    with kept_imports():
+        from server.cli.warm import warm_scenes, warm_scenes_for
 
     what = tuple(options.scenes), reading, settings
     if options.architecture is None:

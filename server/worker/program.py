@@ -6,6 +6,7 @@ What renders takes seconds to be imported; the served scene is read meanwhile.
 import sys
 
 from gpu.scene.builtin import MADE_AT_ONCE
+from server.importing import kept_imports
 from server.wire.worker import Start
 from server.worker.scene_reading import SceneReading
 from server.worker.worker import Backend, work
@@ -14,7 +15,8 @@ from server.worker.worker import Backend, work
 def backend_for(start: Start) -> Backend:
     """What renders on a GPU or a CPU, and begins with the served scene."""
     served = None if start.scene.source in MADE_AT_ONCE else SceneReading(start.scene, start)
-    from server.worker.backend import GpuBackend
+    with kept_imports():
+        from server.worker.backend import GpuBackend
 
     return GpuBackend(served)
 
