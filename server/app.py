@@ -1,23 +1,21 @@
-"""The service: puts the endpoints, the page and the engines together, and runs them."""
+"""The service: puts the endpoints, the page and the engines together."""
 
 import asyncio
 import gc
-import sys
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from functools import partial
 from importlib.metadata import version
-from typing import Any, TextIO
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
 
-from gpu.errors import UserError
 from gpu.scene.environment import read_environment
 from server import errors
-from server.http.accepting import listen
+from server.engines import make_engines
 from server.http.answers import Answers
-from server.http.connections import Connections, raise_file_limit
+from server.http.connections import Connections
 from server.http.cors import Cors
 from server.http.delivery import Delivery
 from server.http.forwarded import Forwarded
@@ -25,12 +23,7 @@ from server.http.metered import Meter
 from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
-from server.http.sparse_log import make_sparse
 from server.http.websocket import WebSocket
-from server.logs import configure, has_room
-from server.render.activity import Activity, EngineState
-from server.render.devices import chosen_devices
-from server.render.engine import WORKER
 from server.render.engine_pool import EnginePool
 from server.rest import assign as assign_api
 from server.rest import docs, health
@@ -47,7 +40,7 @@ from server.results import FOLDER as RESULTS
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import CHECK, Checker
 from server.scenes.uploads import Uploads
-from server.service import Service, start_message
+from server.service import Service
 from server.settings import ServerSettings
 from server.walk import stream
 from server.walk.viewer import settings_schema
@@ -55,11 +48,10 @@ from server.walk.viewer import settings_schema
 # At the top of the service: the page's files, and what is beside them.
 NAMES = {"", "api", "healthz", "readyz", "metrics", *(path.name for path in FOLDER.iterdir())}
 EXPOSED = ("Location", "Retry-After", "WWW-Authenticate", *render_api.STATISTICS)
-WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # listened on for all addresses, which none is
 
 
-def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:
-    """The ASGI application; its lifespan runs a worker process a device, started by the command `worker`.
+def create_app(settings: ServerSettings, engines: EnginePool | None = None, check: Sequence[str] = CHECK) -> FastAPI:
+    """The ASGI application; its lifespan runs `engines`, which are those of the settings where none are given.
 
     check: the command that reads a scene before the worker does.
     Where others than this machine's users can come, it needs a token: a new one if the settings have none. Raises
@@ -71,8 +63,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     checker = Checker(settings, check)
     uploads = Uploads(settings, checker) if settings.uploads else None
     catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads, settings.scene_options)
-    devices = chosen_devices(settings.device)
-    engines = EnginePool.of(start_message(settings, catalogue), devices, worker, settings.hang_seconds)
+    engines = engines or make_engines(settings)
     service = Service(settings, catalogue, engines, checker)
 
     @asynccontextmanager
@@ -172,64 +163,3 @@ def prepare(app: FastAPI) -> None:
     settings_schema()
     gc.collect()
     gc.freeze()
-
-
-def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
-    """Run the service until SIGINT or SIGTERM; prints its URL on stdout once a frame can be had.
-
-    Raises UserError when it cannot listen, or when the served scene or the device cannot be used.
-    """
-    configure(settings.log_format)
-    make_sparse()
-    raise_file_limit()
-    made = settings.token is None
-    settings = with_token(settings)
-    app = create_app(settings, worker)
-    prepare(app)
-    engines = app.state.service.engines
-    with listen(settings.host, settings.port) as listener:
-        url = _url(settings, listener.getsockname()[1], with_token=made)
-        server = create_server(app, settings)
-        engines.listeners.add(_announcer(engines, server, url))
-        with suppress(KeyboardInterrupt):
-            server.run(sockets=[listener])
-    if engines.activity.state is EngineState.FAILED:
-        raise UserError(engines.activity.text)
-
-
-def _announcer(engines: EnginePool, server: uvicorn.Server, url: str) -> Callable[[], None]:
-    told = Activity(EngineState.STARTING)
-    announced = False
-
-    def announce() -> None:
-        nonlocal told, announced
-        activity = engines.activity
-        if activity.state is EngineState.FAILED:
-            server.should_exit = True
-        elif server.should_exit:
-            pass  # the worker goes because the service does
-        elif activity.state is EngineState.READY and not announced:
-            announced = True
-            _say(url, sys.stdout)
-        elif activity.text and (activity.state, activity.text) != (told.state, told.text) and not engines.ready:
-            _say(f"lumenwalk: {activity.text}", sys.stderr)
-        told = activity
-
-    return announce
-
-
-def _say(text: str, to: TextIO) -> None:
-    """Print a line, unless nobody reads it, or its file has no room: that is no fault of the engine that is heard."""
-    if has_room(to):
-        with suppress(OSError):
-            print(text, file=to, flush=True)
-
-
-def _url(settings: ServerSettings, port: int, *, with_token: bool) -> str:
-    """Where a browser of this machine finds the page."""
-    host = WILDCARDS.get(settings.host, settings.host)
-    url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-    url += f"{settings.root_path}/" if settings.root_path else ""
-    if with_token and settings.token is not None:  # said here, once, and nowhere else
-        url = f"{url.rstrip('/')}/?token={settings.token.get_secret_value()}"
-    return url

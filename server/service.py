@@ -23,7 +23,7 @@ from server.scenes.residency import Residency
 from server.scenes.scene_edits import EditedScenes
 from server.scenes.uploads import MAX_AT_ONCE
 from server.settings import ServerSettings
-from server.wire.worker import Render, SceneRef, Start
+from server.wire.worker import Render, SceneRef
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
@@ -150,19 +150,6 @@ class Service:
         rendered = (job.render.scene.id for job in self.jobs.all if job.state not in ENDED)
         viewed = any(scene.id == scene_id for scene in self.viewing.values())
         return viewed or self.residency.opening(scene_id) or scene_id in rendered
-
-
-def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
-    """What each worker is told first, but for its device."""
-    return Start(
-        scene=catalogue.served,
-        max_scenes=settings.max_scenes,
-        scene_limits=settings.scene_limits,
-        check_seconds=settings.check_seconds,
-        check_memory_bytes=settings.check_memory_bytes,
-        environment=settings.surroundings,
-        log_format=settings.log_format,
-    )
 
 
 async def _service(connection: HTTPConnection) -> Service:  # else FastAPI asks a thread, and every answer waits for it

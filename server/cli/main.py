@@ -93,8 +93,7 @@ def _serve(options: Namespace) -> int:
         flags["scene_options"] = model_from(options, ImportOptions)
     settings = load_settings(options.config, flags)
 
-    with kept_imports():
-        from server.app import serve
+    from server.serve import serve
 
     serve(settings)
     return 0

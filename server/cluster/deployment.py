@@ -20,10 +20,11 @@ from server.cluster.own_path import OwnPath, ToOwnPath
 from server.cluster.router import PathRouter
 from server.cluster.scaling import scale
 from server.cluster.storage import Mirror
+from server.engines import make_engines
 from server.folders import TemporaryFolder
 from server.render.activity import EngineState
 from server.render.busy_meter import BusyMeter
-from server.render.engine import WORKER
+from server.render.worker_process import WORKER
 from server.service import Service
 from server.settings import ServerSettings, load_settings
 
@@ -39,7 +40,7 @@ class Replica:
     """One service. Ray calls its methods in the event loop in which the service runs."""
 
     def __init__(self, settings: Mapping[str, Any], storage: str | None, worker: Sequence[str]) -> None:
-        """settings: fields of ServerSettings; storage: URL of a store of scenes; worker: as of `create_app`."""
+        """settings: fields of ServerSettings; storage: URL of a store of scenes; worker: as of `make_engines`."""
         self._mirror: Mirror | None = None
         self._folder = TemporaryFolder() if storage is not None else None
         if storage is not None and self._folder is not None:
@@ -47,7 +48,8 @@ class Replica:
             self._mirror.update()
             settings = {**settings, "scenes_dir": self._folder.path}
         self._prefix = f"/r/{serve.get_replica_context().replica_id.unique_id}"
-        self._app = create_app(ServerSettings(**settings), worker)
+        chosen = ServerSettings(**settings)
+        self._app = create_app(chosen, make_engines(chosen, worker))
         self._service: Service = self._app.state.service
         self._service.replicas = Handles(self._service)
         self._app.router.default = ToOwnPath(self._app.router.default, self._prefix)

@@ -19,7 +19,6 @@ from math import inf
 from time import monotonic
 from typing import TypeAlias
 
-from gpu.child_process import module_command
 from gpu.errors import UserError
 from server.render.activity import READY, RECOVERING, Activity, EngineState
 from server.render.cost import Speeds
@@ -29,6 +28,7 @@ from server.render.quarantine import Quarantine, QuarantinedError
 from server.render.running import RunningTurn, RunningTurns
 from server.render.schedule import QueueEntry, Schedule, Urgency
 from server.render.worker_link import InnocentLossError, TurnedAwayError, WorkerLink, WorkerLostError
+from server.render.worker_process import WORKER, Workers
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     HEARTBEAT,
@@ -59,7 +59,6 @@ from server.wire.worker import (
     Yield,
 )
 
-WORKER = module_command("server.worker.program")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 FIRST_WORD_SECONDS = 60.0  # until a worker says its first word: it has to import what takes messages
@@ -102,8 +101,7 @@ class Engine:
         """hang_seconds: how long a worker with a job, which may have kernels to compile, may say nothing before it is
         replaced; quarantine, speeds: shared with other engines.
         """
-        self._start = start
-        self._command = command
+        self.workers = Workers(command, start)
         self._hang_seconds = hang_seconds
         self._activity = Activity(EngineState.STARTING, "starting")
         self._link: WorkerLink | None = None
@@ -168,7 +166,7 @@ class Engine:
     @property
     def max_scenes(self) -> int:
         """That the worker keeps at the same time."""
-        return self._start.max_scenes
+        return self.workers.start.max_scenes
 
     def queued(self, client: int) -> int:
         """How many jobs of a client wait or run."""
@@ -265,12 +263,11 @@ class Engine:
             self._link.send(Leave(viewer))
 
     async def _run_worker(self) -> None:
-        self._link = link = await WorkerLink.start(self._command)
+        self._link = link = await WorkerLink.to(self.workers.new())
         self._hung = self._spoken = False
         self._last_heard = monotonic()
         watch = asyncio.create_task(self._watch(link), name="watch")
         try:
-            link.send(self._start)
             while True:
                 message, payload = await link.receive(self._most_bytes)
                 self._last_heard, self._spoken = monotonic(), True
@@ -396,7 +393,7 @@ class Engine:
             self._enqueue(HEARTBEAT, Urgency.REFINING, _Waiting(self._heartbeat, turn))
 
     def _heartbeat(self) -> Job:
-        return heartbeat(self._last_rendered, self.scenes, self._start.scene)
+        return heartbeat(self._last_rendered, self.scenes, self.workers.start.scene)
 
     def _enqueue(self, client: int, urgency: Urgency, waiting: _Waiting) -> QueueEntry:
         entry = self._schedule.join(client, urgency)

@@ -6,19 +6,21 @@ A client's frames stay on one engine, since what its walk leaves behind is there
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from time import monotonic
 
 from server.render.activity import Activity, EngineState
 from server.render.busy_meter import BusyMeter
 from server.render.cost import Speeds
-from server.render.engine import WORKER, Engine, Make, Turn
+from server.render.engine import Engine, Make, Turn
 from server.render.pending import Reply
 from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
+from server.render.worker_process import WORKER
 from server.wire.worker import STILLS, Export, Pick, Render, SceneRef, Start
 
 LATELY_SECONDS = 10.0  # after its last wish, a client no longer counts where engines are compared
@@ -128,6 +130,14 @@ class EnginePool:
         return {client for client, known in self._clients.items() if known.engine is engine}
 
     # --- what is asked of them ---
+
+    @contextmanager
+    def early(self) -> Iterator[None]:
+        """Have all first workers run from now on, for `run`; those that it has not by the end of the context end."""
+        with ExitStack() as workers:
+            for engine in self.engines:
+                workers.enter_context(engine.workers.early())
+            yield
 
     async def run(self) -> None:
         """Keep all workers running until cancelled."""

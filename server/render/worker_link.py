@@ -1,26 +1,15 @@
-"""One worker process as the web process holds it: started, spoken to, ended."""
+"""One worker process as the web process holds it: spoken to, and ended."""
 
 import asyncio
-import logging
-import os
-import socket
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from signal import SIGKILL
+from collections.abc import Callable
 from time import monotonic
 
-from gpu.child_process import clean_environment
-from gpu.errors import UserError
-from server.folders import TemporaryFolder
+from server.render.worker_process import KILLED_SECONDS, WorkerProcess
 from server.wire.worker import FromWorker, Progress, ToWorker, pack, receive
 
 STOP_SECONDS = 3.0  # that a worker has to end by itself
-KILLED_SECONDS = 3.0  # after which one that was killed is in the kernel for good
 BUFFER_BYTES = 2**20
 MAX_PROGRESS_A_SECOND = 200  # the one message that a worker may send as often as it likes
-# Else glibc has a heap for each few threads, and keeps what is free at the end of each, though it is told to trim them.
-ONE_HEAP = {"MALLOC_ARENA_MAX": "1"}
-log = logging.getLogger("lumenwalk.link")
 
 
 class WorkerLostError(Exception):
@@ -38,51 +27,21 @@ class TurnedAwayError(InnocentLossError):
 class WorkerLink:
     """A running worker process and the socket to it."""
 
-    def __init__(
-        self,
-        process: asyncio.subprocess.Process,
-        reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter,
-        temporary: TemporaryFolder | None = None,
-    ) -> None:
-        """temporary: deleted when the process has ended."""
+    def __init__(self, process: WorkerProcess, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._process = process
-        self._temporary = temporary
         self._reader = reader
         self._writer = writer
         self._second = 0  # of the progress counted
         self._progress = 0
 
     @classmethod
-    async def start(cls, command: Sequence[str]) -> "WorkerLink":
-        """Run `command` with the number of an inherited socket as its last argument. UserError when it cannot run.
-
-        The socket is private to the two processes; when either ends, the other reads the end of it.
-        """
-        ours, theirs = socket.socketpair()
-        with theirs:
-            reader, writer = await asyncio.open_connection(sock=ours, limit=BUFFER_BYTES)
-            temporary = _temporary_folder()
-            places = {} if temporary is None else {"TMPDIR": str(temporary.path)}
-            try:
-                # stdout belongs to whoever started the service; a worker's words go to the log.
-                process = await asyncio.create_subprocess_exec(
-                    *command,
-                    str(theirs.fileno()),
-                    pass_fds=[theirs.fileno()],
-                    stdin=asyncio.subprocess.DEVNULL,
-                    stdout=2,
-                    env=ONE_HEAP | clean_environment() | places,
-                    start_new_session=True,
-                )
-            except BaseException as error:
-                writer.transport.abort()
-                if temporary is not None:
-                    temporary.remove()
-                if isinstance(error, OSError):
-                    raise UserError(f"the worker process cannot be started: {error}") from None
-                raise
-        return cls(process, reader, writer, temporary)
+    async def to(cls, process: WorkerProcess) -> "WorkerLink":
+        """The link to a worker, which ends with it."""
+        try:
+            return cls(process, *await asyncio.open_connection(sock=process.socket, limit=BUFFER_BYTES))
+        except BaseException:
+            process.end()
+            raise
 
     @property
     def pid(self) -> int:
@@ -117,35 +76,27 @@ class WorkerLink:
 
     def kill(self) -> None:
         """End the worker at once, whatever it does; `receive` then fails."""
-        if self._process.returncode is None:  # Process.kill() may take the exit status away from who waits for it
-            with suppress(ProcessLookupError):
-                os.kill(self.pid, SIGKILL)
+        self._process.kill()
         self._writer.transport.abort()  # a process stuck in a driver may not even die
 
     async def stop(self) -> int | None:
         """End the worker, kindly first; its exit status (negative: the signal that ended it), None if it lives on."""
         self._writer.close()
         try:
-            return await self._wait(STOP_SECONDS)
+            return await asyncio.wait_for(self._process.ended(), STOP_SECONDS)
         except TimeoutError:
             self.kill()
-            return await self._wait_killed()
+            return await self._killed()
         except asyncio.CancelledError:
             self.kill()
-            await self._wait_killed()  # else it might outlive the event loop, and nobody would take its exit status
+            await self._killed()  # else it might outlive the event loop, and nobody would take its exit status
             raise
-        finally:
-            if self._temporary is not None:
-                self._temporary.remove()
 
-    async def _wait(self, seconds: float) -> int:
-        return await asyncio.wait_for(self._process.wait(), seconds)
-
-    async def _wait_killed(self) -> int | None:
+    async def _killed(self) -> int | None:
         try:
-            return await self._wait(KILLED_SECONDS)
+            return await asyncio.wait_for(self._process.ended(), KILLED_SECONDS)
         except TimeoutError:
-            log.error("worker %d does not die; it is left behind", self.pid)
+            self._process.leave_behind()
             return None
 
     def _count_progress(self) -> None:
@@ -154,12 +105,3 @@ class WorkerLink:
         self._second = second
         if self._progress > MAX_PROGRESS_A_SECOND:
             raise self.refuse(f"more than {MAX_PROGRESS_A_SECOND} words on its progress in a second")
-
-
-def _temporary_folder() -> TemporaryFolder | None:
-    """A folder for what compilers leave behind in a worker that is killed; None where there can be none."""
-    try:
-        return TemporaryFolder()
-    except OSError as error:
-        log.warning("no temporary folder for the worker: %s", error)
-        return None

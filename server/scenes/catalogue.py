@@ -14,6 +14,7 @@ from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from server.refusals import UnknownSceneError
 from server.scenes.listing import scene_files
+from server.scenes.served import check_served, scene_ref, served_id
 from server.scenes.uploads import Uploads
 from server.wire.browser import SceneName
 from server.wire.worker import SceneRef
@@ -35,10 +36,7 @@ class Catalogue:
         """options: how the served file is read. UserError when the served scene or the folder does not exist."""
         if folder is not None and not folder.is_dir():
             raise UserError(f"{folder}: there is no such folder of scenes; make it, or name another")
-        if served not in BUILTIN and not Path(served).is_file():
-            raise UserError(
-                f"{served}: there is no such file, nor a built-in scene of that name ({', '.join(BUILTIN)})"
-            )
+        check_served(served)
         self.uploads = uploads
         self._folder = folder
         self._served = served
@@ -118,12 +116,7 @@ class Catalogue:
     def _ref(self, scene_id: str, source: str, options: ImportOptions | None) -> SceneRef:
         if options is None:
             options = self._usual_options(scene_id, source)
-        if source in BUILTIN:
-            return SceneRef(scene_id, source, options=options)
-        try:
-            return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns, options)
-        except OSError as error:
-            raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
+        return scene_ref(scene_id, source, options)
 
     def _usual_options(self, scene_id: str, source: str) -> ImportOptions:
         if self.uploads is not None and (upload := self.uploads.get(scene_id)) is not None:
@@ -132,7 +125,7 @@ class Catalogue:
 
     @property
     def _served_id(self) -> str:
-        return self._served if self._served in BUILTIN else Path(self._served).name
+        return served_id(self._served)
 
     def _source(self, scene_id: str) -> str | None:
         """What an id means: a folder in the scenes folder may be called as uploads are, a file as the served one."""

@@ -1,6 +1,6 @@
 """The real renderer, which breaks when a render has one of these seeds: as a driver or a kernel with a bug would.
 
-It is the worker of `create_app(settings, FAULT_WORKER)`.
+It is the worker of `make_engines(settings, FAULT_WORKER)`.
 """
 
 import os

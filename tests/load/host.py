@@ -5,9 +5,9 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 from gpu.errors import UserError
-from server.app import serve
 from server.cli.options import add_options, given_options
-from server.render.engine import WORKER
+from server.render.worker_process import WORKER
+from server.serve import serve
 from server.settings import ServerSettings, load_settings
 
 

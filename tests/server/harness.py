@@ -15,6 +15,7 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from server.app import create_app, create_server
+from server.engines import make_engines
 from server.http.accepting import listen
 from server.http.shutdown import Server
 from server.service import Service
@@ -148,7 +149,7 @@ def run(
     settings: ServerSettings, worker: Sequence[str] = GRADIENT_WORKER, check: Sequence[str] = ANY_CHECK
 ) -> Iterator[Running]:
     """A service that runs as long as the context, on a port of its own."""
-    app = create_app(settings, worker, check)
+    app = create_app(settings, make_engines(settings, worker), check)
     server = create_server(app, settings)
     listener = listen(settings.host, settings.port)
     thread = Thread(target=server.run, args=([listener],), daemon=True)

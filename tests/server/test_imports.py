@@ -11,16 +11,17 @@ ROOT = Path(__file__).parents[2]
 # From the top: a package imports from packages below its own layer only; modules beside them are packages of their own.
 SERVER = [
     ["cli", "cluster"],
+    ["serve"],
     ["app"],
     ["walk", "rest"],
     ["http"],
     ["service"],
-    ["jobs", "errors", "worker", "replicas"],
+    ["jobs", "errors", "worker", "replicas", "engines"],
     ["scenes"],
     ["render"],
     ["settings", "metrics", "logs", "places", "rate_limit", "results"],
     ["wire"],
-    ["images", "video", "refusals", "addresses", "folders", "plain_files"],
+    ["images", "video", "refusals", "addresses", "folders", "plain_files", "importing"],
     ["srgb_profile", "png"],
 ]
 LAYERS = {package: number for number, packages in enumerate(SERVER) for package in packages}

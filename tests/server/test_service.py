@@ -8,7 +8,7 @@ from server.places import asker
 from server.render.engine_pool import EnginePool
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
-from server.service import OTHERS_VIEWERS, Service, start_message
+from server.service import OTHERS_VIEWERS, Service
 from server.settings import ServerSettings
 
 SETTINGS = ServerSettings(max_viewers=2, max_scenes=3, device="cpu")
@@ -71,12 +71,6 @@ def test_a_scene_is_in_use_while_a_viewer_looks_at_it_or_a_job_is_to_render_it(s
     assert not service.in_use("another")
     job.state = JobState.DONE
     assert not service.in_use(BOX.id)
-
-
-def test_a_worker_is_told_what_it_serves_and_its_limits(service: Service) -> None:
-    start = start_message(SETTINGS, service.catalogue)
-    assert (start.scene.id, start.max_scenes) == ("cornell-box", 3)
-    assert start.scene_limits == SETTINGS.scene_limits
 
 
 def test_a_scene_is_in_use_while_it_is_loaded(service: Service, engine: FakeEngine) -> None:

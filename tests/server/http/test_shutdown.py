@@ -28,7 +28,7 @@ from server.wire.browser import PROTOCOL
 PROGRAM = f"""
 import sys
 from server.http import security
-from server.app import serve
+from server.serve import serve
 from server.settings import ServerSettings
 if "open" in sys.argv:
     security.is_loopback = lambda host: False

@@ -11,44 +11,20 @@ from pathlib import Path
 import pytest
 from harness import GRADIENT_WORKER, PATIENCE, rogue
 
-from gpu.errors import UserError
 from server.render.engine import Engine
 from server.render.worker_link import WorkerLink, WorkerLostError
+from server.render.worker_process import WorkerProcess
 from server.wire.worker import Progress, Ready, SceneRef, Start
 
 START = Start(SceneRef("cornell-box", "cornell-box"))
 STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
-
-# Threads, each of which has had 16 MB; ends with the number of MB that the process has more since.
-THREADS = """
-import ctypes, os, sys
-from threading import Barrier, Thread
-import numpy as np
-
-def megabytes():
-    return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
-
-def work():
-    all_here.wait()
-    np.ones(2 << 20)
-    all_here.wait()
-
-np.ones(4 << 20)  # from now on glibc takes less than this from its heaps
-all_here, before = Barrier(4), megabytes()
-threads = [Thread(target=work) for _ in range(4)]
-for step in (Thread.start, Thread.join):
-    for thread in threads:
-        step(thread)
-ctypes.CDLL(None).malloc_trim(0)
-sys.exit(max(megabytes() - before, 0))
-"""
 
 
 def linked(command: tuple[str, ...], scenario: Callable[[WorkerLink], Awaitable[None]]) -> int | None:
     """Runs a scenario with a worker; returns how that ended."""
 
     async def main() -> int | None:
-        link = await WorkerLink.start(command)
+        link = await WorkerLink.to(WorkerProcess(command, START))
         try:
             await scenario(link)
         finally:
@@ -73,7 +49,6 @@ def gone(pid: int) -> bool:
 
 def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
     async def scenario(link: WorkerLink) -> None:
-        link.send(START)
         kinds = [type((await link.receive(lambda: 0))[0])]
         while kinds[-1] is Progress:
             kinds.append(type((await link.receive(lambda: 0))[0]))
@@ -94,7 +69,7 @@ def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.Monk
 
 def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
     async def main() -> int:
-        link = await WorkerLink.start(STUBBORN)
+        link = await WorkerLink.to(WorkerProcess(STUBBORN, START))
         stopping = asyncio.create_task(link.stop())
         await asyncio.sleep(0.05)
         stopping.cancel()
@@ -107,7 +82,6 @@ def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
 
 def test_a_worker_that_ended_is_lost() -> None:
     async def scenario(link: WorkerLink) -> None:
-        link.send(START)
         with pytest.raises(WorkerLostError, match="ended"):
             await link.receive(lambda: 0)
 
@@ -125,7 +99,6 @@ def test_a_worker_that_ended_is_lost() -> None:
 )
 def test_a_worker_that_sends_what_it_should_not_is_killed(way: str, words: str) -> None:
     async def scenario(link: WorkerLink) -> None:
-        link.send(START)
         with pytest.raises(WorkerLostError, match=words):
             await read_on(link)
 
@@ -162,42 +135,18 @@ def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
     assert re.search(words, caplog.text)
 
 
-def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
-    with pytest.raises(UserError, match="cannot be started"):
-        asyncio.run(WorkerLink.start(("/nowhere/python",)))
-
-
-def test_a_start_that_is_not_waited_for_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_link_that_is_not_waited_for_leaves_no_worker_and_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     async def main() -> None:
-        starting = asyncio.create_task(WorkerLink.start(STUBBORN))
+        process = WorkerProcess(STUBBORN, START)
+        starting = asyncio.create_task(WorkerLink.to(process))
         await asyncio.sleep(0)  # it waits for its own end of the socket now
         starting.cancel()
         with pytest.raises(asyncio.CancelledError):
             await starting
+        assert gone(process.pid)
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     asyncio.run(main())
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("LUMENWALK_TOKEN", "x" * 16)
-    command = (sys.executable, "-c", f"import os; open({str(tmp_path / 'names')!r}, 'w').write(str([*os.environ]))")
-
-    async def scenario(link: WorkerLink) -> None:
-        with pytest.raises(WorkerLostError):
-            await read_on(link)
-
-    assert linked(command, scenario) == 0
-    assert "PATH" in (tmp_path / "names").read_text()
-    assert "TOKEN" not in (tmp_path / "names").read_text()
-
-
-def test_a_worker_gives_back_what_its_threads_had() -> None:
-    async def scenario(link: WorkerLink) -> None:
-        with pytest.raises(WorkerLostError):
-            await read_on(link)
-
-    megabytes = linked((sys.executable, "-c", THREADS), scenario)
-    assert megabytes is not None
-    assert 0 <= megabytes < 8

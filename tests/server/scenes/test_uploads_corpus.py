@@ -16,7 +16,7 @@ import pytest
 from corpus import Case, malformed, mutated, samples
 from harness import Running, run
 
-from server.render.engine import WORKER
+from server.render.worker_process import WORKER
 from server.scenes.checker import CHECK
 from server.settings import ServerSettings
 

@@ -29,7 +29,7 @@ from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import Component, Method, RenderSettings
-from server.render.engine import WORKER
+from server.render.worker_process import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import (
     CameraMatrix,
