@@ -144,8 +144,8 @@ def save(figure: Figure, folder: Path, name: str, *, photo: bool = False) -> str
     image = Image.open(file).convert("RGB")
     if photo:
         path = folder / f"{name}.jpg"
-        for sample_counts in PHOTO_QUALITIES:
-            image.save(path, sample_counts=sample_counts, optimize=True)
+        for quality in PHOTO_QUALITIES:
+            image.save(path, quality=quality, optimize=True)
             if path.stat().st_size < MOST_PHOTO_BYTES:
                 break
         return path.name

@@ -50,7 +50,7 @@ def error_map(render: Floats, reference: Floats) -> Bytes:
 def encoded(pixels: Bytes) -> str:
     """A JPEG in base64."""
     file = BytesIO()
-    Image.fromarray(pixels).save(file, "JPEG", sample_counts=QUALITY, subsampling=0, optimize=True)
+    Image.fromarray(pixels).save(file, "JPEG", quality=QUALITY, subsampling=0, optimize=True)
     return base64.b64encode(file.getvalue()).decode()
 
 

@@ -24,5 +24,5 @@ def test_wide_pictures_shrink_to_their_means() -> None:
 def test_pixels_survive_their_text_but_for_jpegs_rounding() -> None:
     ramp = np.linspace(0.2, 1.0, 16, dtype=np.float32)
     pixels = displayed(np.stack([np.add.outer(ramp, ramp) / 2.0] * 3, axis=2), 1.0)
-    assert np.abs(decoded(encoded(pixels)).astype(int) - pixels).max() <= 6
+    assert np.abs(decoded(encoded(pixels)).astype(int) - pixels).max() <= 2
     assert displayed(np.array([[[0.0, 1.0, 2.0]]], np.float32), 1.0).ravel().tolist() == [0, 255, 255]
