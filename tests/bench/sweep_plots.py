@@ -27,7 +27,7 @@ from tests.bench.charts import (
 )
 from tests.bench.figures import front
 from tests.bench.plots import Plots
-from tests.bench.rows import counts_text, points_of, scenes_of
+from tests.bench.rows import counts_text, default_rows, points_of, scenes_of
 from tests.bench.store import Row
 
 # Group of the sweep: its label and colour.
@@ -111,8 +111,8 @@ def peers_over_time(rows: list[Row], folder: Path) -> Plots:
 
 
 def stage_stacks(rows: list[Row], folder: Path) -> Plots:
-    """One figure: a panel a scene with the stages' median times of the default and the paper's settings."""
-    chosen = [row for row in rows if {"default", "paper"} & {*row["groups"]}]
+    """One figure: a panel a scene with the stages' median times of `fuzzy-vpl`, its own and the paper's settings."""
+    chosen = [*default_rows(rows), *(row for row in rows if "paper" in row["groups"])]
     names = scenes_of(chosen)
     stages = list(dict.fromkeys(stage for row in chosen for stage in row["stages"]))
     figure, axes = titled_panels(names, 2, 6.4, 2.2)
