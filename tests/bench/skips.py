@@ -16,7 +16,7 @@ from tests.bench.suite import Suite
 from tests.bench.timing import STEP_DEGREES, Measured, measure_frames
 
 # Yes-or-nos that say what is rendered, not how.
-NOT_SWITCHES = ("lambertian", "indirect_shadows")
+NOT_SWITCHES = ("lambertian", "indirect_shadows", "antialias")
 # What gains nothing while the camera turns.
 FOR_STILL_VIEWS = ("skip.unchanged_camera",)
 
