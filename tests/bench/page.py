@@ -155,7 +155,8 @@ def page(rows: dict[str, list[Row]], folder: str, images: Iterable[str], tried: 
 
 HEAD = """\
 Written by `python -m tests.bench page` of what the suite measured; do not edit. The same scenes, settings and commands
-give these figures again. Times are medians, with the 5th to 95th percentile in brackets."""
+give these figures again. Times are medians, with the 5th to 95th percentile in brackets. Rows of earlier commits stay
+until they are measured again; which those are is said [at the end](#measured-on)."""
 
 ELSEWHERE = """\
 Stability (scale and place of a scene, same bits for the same seed, furnaces, leaks, broken meshes, sums in float32) is
