@@ -1,6 +1,7 @@
 """A courtyard under the sun: an arcade of fluted columns around a fountain, frescoes in the shade of the walk."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -25,9 +26,9 @@ _CORNERS = [(x, z) for x in (-1, 1) for z in (-1, 1)]
 def make() -> Scene:
     """The whole court with its sun and a blue sky."""
     builder = Builder("atrium")
-    builder.textured("limestone", textures.plaster(61, "#dccfb6", 0.035), (1.3, 1.3), 0.8)
-    builder.textured("marble", textures.marble(62, "#a79a8c #cfc4b4 #ebe3d6", 0.5), (1.1, 1.1), 0.4)
-    builder.textured("beams", textures.wood(63, "#59402a #7c5b3d #97744f"), (1.6, 0.4), 0.7)
+    builder.textured("limestone", partial(textures.plaster, 61, "#dccfb6", 0.035), (1.3, 1.3), 0.8)
+    builder.textured("marble", partial(textures.marble, 62, "#a79a8c #cfc4b4 #ebe3d6", 0.5), (1.1, 1.1), 0.4)
+    builder.textured("beams", partial(textures.wood, 63, "#59402a #7c5b3d #97744f"), (1.6, 0.4), 0.7)
     for part in (_floors, _arcade, _entablature, _walk, _frescoes_and_doors, _court):
         part(builder)
     direction = np.array([0.42, -1.43, -1.0])
@@ -63,10 +64,10 @@ def _court_plan(out: float) -> np.ndarray:
 
 def _floors(builder: Builder) -> None:
     marbles = ("#8d7a66 #c9b89c #e4d9c4", "#6f3b30 #8f5545 #a87262")
-    builder.textured("marble tiles", textures.tiles(64, marbles, 4, "#8a857c"), (2.4, 2.4), 0.3)
+    builder.textured("marble tiles", partial(textures.tiles, 64, marbles, 4, "#8a857c"), (2.4, 2.4), 0.3)
     builder.add("marble tiles", _ring(0.25))
     flags = ("#8a755c #a48d70 #b8a284", "#7d6a55 #957f66 #aa957a")
-    builder.textured("flagstones", textures.tiles(65, flags, 3, "#6b5f50"), (2.1, 2.1), 0.8)
+    builder.textured("flagstones", partial(textures.tiles, 65, flags, 3, "#6b5f50"), (2.1, 2.1), 0.8)
     x, z = _X - 0.29, _Z - 0.29
     builder.add("flagstones", quad((-x, _COURT, z), (2 * x, 0, 0), (0, 0, -2 * z)))
     kerb = [(-0.6, -0.2), (-0.6, _KERB - 0.006), (-0.594, _KERB), (-0.012, _KERB), (0.0, _KERB - 0.012), (0.0, -0.2)]
@@ -74,7 +75,7 @@ def _floors(builder: Builder) -> None:
 
 
 def _arcade(builder: Builder) -> None:
-    builder.textured("arcade plaster", textures.plaster(66, "#e2cda6", 0.025), (2.0, 2.0), 0.95)
+    builder.textured("arcade plaster", partial(textures.plaster, 66, "#e2cda6", 0.025), (2.0, 2.0), 0.95)
     grid = [(x, _KERB, z) for x in np.linspace(-_X, _X, _BAYS[0] + 1) for z in np.linspace(-_Z, _Z, _BAYS[1] + 1)]
     around = [(x, y, z) for x, y, z in grid if abs(x) == _X or abs(z) == _Z]
     builder.add("marble", orders.column(_SPRING - _KERB, 0.19), around)
@@ -112,9 +113,9 @@ def _entablature(builder: Builder) -> None:
 
 def _walk(builder: Builder) -> None:
     """The covered walk: outer walls with dado and pilasters, beamed ceiling."""
-    builder.textured("ochre plaster", textures.plaster(67, "#dfbf8a", 0.03), (2.0, 2.0), 0.95)
-    builder.textured("red plaster", textures.plaster(68, "#97483a", 0.04), (2.0, 2.0), 0.9)
-    boards = textures.planks(69, "#6a4e35 #8b6a49 #a5835d", size=512)
+    builder.textured("ochre plaster", partial(textures.plaster, 67, "#dfbf8a", 0.03), (2.0, 2.0), 0.95)
+    builder.textured("red plaster", partial(textures.plaster, 68, "#97483a", 0.04), (2.0, 2.0), 0.9)
+    boards = partial(textures.planks, 69, "#6a4e35 #8b6a49 #a5835d", size=512)
     builder.textured("ceiling boards", boards, (2.4, 1.6), 0.8)
     builder.add("ceiling boards", _ring(0.2).mirrored(1).moved(y=_CEILING))
     rail = points("-.002,1 -.002,1.08 .035,1.08 .04,1.07 .022,1.02 .01,1")
@@ -135,7 +136,7 @@ def _frescoes_and_doors(builder: Builder) -> None:
     skies = ("#8fb0bd #cfd8cb #f0dfb8", "#c98f74 #e8c79c #f3e3bd")
     hills = ("#b3b09a #8c9a78 #667a58 #4d5d47", "#b08f78 #96705a #6e6a50 #535c45")
     for number, x in enumerate((-4.8, -2.4, 0.0, 2.4, 4.8)):
-        fresco = paintings.landscape(70 + number, skies[number % 2], hills[number % 2])
+        fresco = partial(paintings.landscape, 70 + number, skies[number % 2], hills[number % 2])
         rooms.hang(builder.frame(0.0, (x, 2.3, -_OUT_Z)), "limestone", fresco, 1.5, 1.75)
         if x:  # a door is in the middle
             rooms.hang(builder.frame(180.0, (x, 2.3, _OUT_Z)), "limestone", fresco, 1.5, 1.75)
@@ -151,7 +152,7 @@ def _court(builder: Builder) -> None:
     builder.paints("water #6f9a9c 0.05")
     builder.add("marble, water", orders.fountain(1.35), (0, _COURT, 0))
     builder.paints("terracotta #b4714e 0.9, soil #4d4136 1.0, bark #77654e 0.9")
-    builder.textured("box leaves", textures.leaves(73, "#35552b #567a3c #8ca65f"), (1.0, 1.0), 0.6)
+    builder.textured("box leaves", partial(textures.leaves, 73, "#35552b #567a3c #8ca65f"), (1.0, 1.0), 0.6)
     builder.paints("box core #3c4f2e 1.0")
     trunk = lathe(points(".035,.42 .028,.81 .026,1.2"), 16)
     ball, core = (part.moved(y=1.45) for part in orders.topiary(74, 0.48))

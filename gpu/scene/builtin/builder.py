@@ -1,7 +1,12 @@
-"""Collects the shapes of a built-in scene by material and assembles them into a Scene."""
+"""Collects the shapes of a built-in scene by material and assembles them into a Scene.
 
-from collections.abc import Sequence
+Its images, which take as long as all shapes do, are made side by side.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
+from os import cpu_count
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +20,8 @@ from gpu.scene.pose import at_rest, in_world
 from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Bytes, Camera, Light, Material, Rgb, Scene, Sky, Texture, TextureSlot
 
+IMAGES_AT_ONCE = min(8, cpu_count() or 1)  # which take up to 100 MB each
+
 
 class Builder:
     """A scene under construction, in metres. Materials are called by name: the last one made with it."""
@@ -23,7 +30,7 @@ class Builder:
         self._name = name
         self._materials: dict[str, int] = {}
         self._made: list[tuple[Material, list[Shape]]] = []
-        self._textures: list[Texture] = []
+        self._images: list[tuple[str, Callable[[], Bytes]]] = []
         self._moving: list[tuple[MeshPart, Body]] = []
         self._frame: tuple[float, Sequence[float]] | None = None
 
@@ -38,10 +45,12 @@ class Builder:
         """Make a material that emits `radiance` [W/m²/sr] from its front."""
         self.material(Material(name, base_color=(0.6, 0.6, 0.6, 1.0), emission=radiance))
 
-    def textured(self, name: str, pixels: Bytes, metres: Sequence[float] = (1.0, 1.0), roughness: float = 0.6) -> None:
-        """Make a material that shows `pixels`, one repeat of which covers `metres` (along u, along v)."""
-        self._textures.append(Texture(name, pixels, srgb=True))
-        slot = TextureSlot(len(self._textures) - 1, 0, (1.0 / metres[0], 0.0, 0.0, 0.0, 1.0 / metres[1], 0.0))
+    def textured(
+        self, name: str, image: Callable[[], Bytes], metres: Sequence[float] = (1.0, 1.0), roughness: float = 0.6
+    ) -> None:
+        """Make a material that shows what `image` makes, one repeat of which covers `metres` (along u, along v)."""
+        self._images.append((name, image))
+        slot = TextureSlot(len(self._images) - 1, 0, (1.0 / metres[0], 0.0, 0.0, 0.0, 1.0 / metres[1], 0.0))
         self.material(Material(name, base_color_slot=slot, roughness=roughness))
 
     def material(self, material: Material) -> None:
@@ -92,9 +101,9 @@ class Builder:
         if motion is not None:
             pose = at_rest(motion)
             parts += [in_world(part, body, pose) for part, body in self._moving]
-        found = SceneParts(
-            parts, materials, self._textures, lights, cameras, sky, up="y", metres_per_unit=1.0, motion=motion
-        )
+        with ThreadPoolExecutor(IMAGES_AT_ONCE) as threads:
+            textures = list(threads.map(lambda it: Texture(it[0], it[1](), srgb=True), self._images))
+        found = SceneParts(parts, materials, textures, lights, cameras, sky, up="y", metres_per_unit=1.0, motion=motion)
         return assemble(self._name, found)
 
     def _motion(self, animations: Sequence[Animation]) -> Motion | None:

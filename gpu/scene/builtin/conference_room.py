@@ -1,5 +1,7 @@
 """A conference room in daylight: a long table, thin-legged chairs, ceiling panels, venetian blinds."""
 
+from functools import partial
+
 import numpy as np
 
 from gpu.scene.builtin import paintings, rooms, textures
@@ -46,9 +48,9 @@ def make() -> Scene:
 
 
 def _shell(builder: Builder) -> None:
-    builder.textured("carpet", textures.carpet(1, "#555b62 #777d84 #979ba0"), (1.0, 1.0), 0.95)
-    builder.textured("plaster", textures.plaster(2, "#e9e5dc", 0.008), (2.0, 2.0), 0.9)
-    builder.textured("blue plaster", textures.plaster(3, "#5f7f8c", 0.015), (2.0, 2.0), 0.9)
+    builder.textured("carpet", partial(textures.carpet, 1, "#555b62 #777d84 #979ba0"), (1.0, 1.0), 0.95)
+    builder.textured("plaster", partial(textures.plaster, 2, "#e9e5dc", 0.008), (2.0, 2.0), 0.9)
+    builder.textured("blue plaster", partial(textures.plaster, 3, "#5f7f8c", 0.015), (2.0, 2.0), 0.9)
     builder.paints("felt #4b4640 1.0, skirting #d9d5cc 0.5")
     builder.add("carpet", rooms.level(_X, _Z, 0.0))
     builder.frame(180, (_X, 0, _Z)).add("plaster", rooms.wall(_LONG, _HIGH))
@@ -61,7 +63,7 @@ def _shell(builder: Builder) -> None:
 
 
 def _ceiling(builder: Builder) -> None:
-    builder.textured("ceiling tile", textures.plaster(4, "#ebe9e3", 0.012), (0.6, 0.6), 1.0)
+    builder.textured("ceiling tile", partial(textures.plaster, 4, "#ebe9e3", 0.012), (0.6, 0.6), 1.0)
     builder.paints("ceiling grid #e6e6e2 0.5")
     builder.light("ceiling panel", (8.6, 8.0, 7.0))
     builder.paints("projector #e4e3df 0.4, projector lens #3c4048 0.3")
@@ -97,7 +99,7 @@ def _windows(builder: Builder) -> None:
 
 
 def _table(builder: Builder) -> None:
-    builder.textured("walnut", textures.wood(5, "#5a3d2a #855c3d #a67a53", 1024), (1.6, 0.8), 0.35)
+    builder.textured("walnut", partial(textures.wood, 5, "#5a3d2a #855c3d #a67a53", 1024), (1.6, 0.8), 0.35)
     builder.paints("black steel #45464a 0.4")
     builder.add("walnut", slab(superellipse(2.75, 0.82, 3.0, 160), 0.045, 0.014, 4).moved(0, _TABLE - 0.045, 0))
     for x in (-1.55, 1.55):
@@ -166,7 +168,7 @@ def _chair() -> tuple[Shape, Shape, Shape]:
 
 def _chairs(builder: Builder) -> None:
     builder.paints("chair steel #a5a8ab 0.25")
-    builder.textured("upholstery", textures.fabric(8, "#6f4434 #a15f45 #bd7d60"), (0.16, 0.16), 0.95)
+    builder.textured("upholstery", partial(textures.fabric, 8, "#6f4434 #a15f45 #bd7d60"), (0.16, 0.16), 0.95)
     builder.paints("arm pad #44444a 0.7")
     rng = np.random.default_rng(7)
     table = [(x, 0.0, z) for x in (-1.92, -0.96, 0.0, 0.96, 1.92) for z in (1.02, -1.02)]
@@ -182,9 +184,9 @@ def _chairs(builder: Builder) -> None:
 
 def _screen_wall(builder: Builder) -> None:
     """The wall at −X: battens of oak on felt, a lit-looking chart on a matt screen."""
-    builder.textured("oak", textures.wood(9, "#8a6844 #b08a60 #c9a67c"), (1.0, 0.25), 0.5)
+    builder.textured("oak", partial(textures.wood, 9, "#8a6844 #b08a60 #c9a67c"), (1.0, 0.25), 0.5)
     builder.paints("screen frame #42434a 0.4")
-    builder.textured("slide", _slide(), (1.0, 1.0), 0.6)
+    builder.textured("slide", _slide, (1.0, 1.0), 0.6)
     batten = box((0.024, _HIGH - 0.006, 0.065), 0.004, 2).mapped_uv(swap=True)
     spots = [(-_X + 0.0135, _HIGH / 2, z) for z in np.arange(-_Z + 0.06, _Z - 0.05, 0.108)]
     shifts = np.random.default_rng(10).uniform(0, 1, (len(spots), 2))
@@ -213,7 +215,7 @@ def _slide() -> Bytes:
 
 def _back_wall(builder: Builder) -> None:
     """The walls at +Z and +X: door, sideboard with coffee, pictures, clock."""
-    builder.textured("door", textures.wood(11, "#7d5a3a #a27a52 #bd966c"), (1.0, 0.25), 0.45)
+    builder.textured("door", partial(textures.wood, 11, "#7d5a3a #a27a52 #bd966c"), (1.0, 0.25), 0.45)
     builder.paints("door casing #d9d5cc 0.5, steel #b0b2b4 0.3, sideboard #dddad2 0.4, white china #ebe8e0 0.3")
     builder.paints("picture frame #4b443d 0.5")
     leaf, rim, handle = rooms.door(0.9, 2.1)
@@ -232,15 +234,15 @@ def _back_wall(builder: Builder) -> None:
     cups = [(x, 0.766, z) for x in (-0.4, -0.28, -0.16) for z in (-0.06, 0.06)]
     board.add("white china", mug(0.034, 0.07), cups, [20, 70, 120, 40, 160, 90])
 
-    waves = paintings.strata(12, "#1f4e5f #3f8f8a #e8dcc0 #e0a458 #b5533c")
-    fields = paintings.blocks(13, "#e3d9c6 #d98e4a #8c3b2e #37526b")
+    waves = partial(paintings.strata, 12, "#1f4e5f #3f8f8a #e8dcc0 #e0a458 #b5533c")
+    fields = partial(paintings.blocks, 13, "#e3d9c6 #d98e4a #8c3b2e #37526b")
     rooms.hang(builder.frame(180, (-0.2, 1.62, _Z)), "picture frame", waves, 1.5, 0.9)
     rooms.hang(builder.frame(-90, (_X, 1.55, 1.6)), "picture frame", fields, 0.9, 1.15)
     builder.frame(-90, (_X, 2.1, -0.8)).add("steel, white china, picture frame", clock(0.17))
 
 
 def _plants(builder: Builder) -> None:
-    builder.textured("fig leaves", textures.leaves(14, "#35562c #5a7f3e #93ab66"), (1.0, 1.0), 0.5)
+    builder.textured("fig leaves", partial(textures.leaves, 14, "#35562c #5a7f3e #93ab66"), (1.0, 1.0), 0.5)
     builder.paints("bark #7c6a52 0.9, soil #4d4136 1.0, planter #d6d2c8 0.6")
     for seed, x, z, tall in ((15, -3.95, -2.75, 1.9), (16, 3.95, -2.7, 1.7)):
         fig = (*pot(0.22, 0.42), *tree(seed, tall, 230, 0.4))

@@ -1,5 +1,7 @@
 """A living room in the afternoon: large smooth walls, a wide window, lamps, books and a dining corner."""
 
+from functools import partial
+
 import numpy as np
 
 from gpu.scene.builtin import furnishings, paintings, rooms, seating, textures
@@ -28,8 +30,8 @@ _WINDOW = rooms.Opening(1.7, 0.12, 5.3, 2.4)
 def make() -> Scene:
     """The furnished room."""
     builder = Builder("living-room")
-    builder.textured("oak", textures.wood(21, "#7d5b3a #a9825a #c6a379"), (1.2, 0.4), 0.5)
-    builder.textured("walnut", textures.wood(22, "#4e3727 #74513a #93694a"), (1.2, 0.4), 0.45)
+    builder.textured("oak", partial(textures.wood, 21, "#7d5b3a #a9825a #c6a379"), (1.2, 0.4), 0.5)
+    builder.textured("walnut", partial(textures.wood, 22, "#4e3727 #74513a #93694a"), (1.2, 0.4), 0.45)
     builder.paints("brass #b08d57 0.3, china #e6e0d4 0.35")
     for part in (_shell, _window, _seats, _coffee_table, _lamps, _bookcase, _dining, _sideboard, _pictures, _plants):
         part(builder)
@@ -43,9 +45,9 @@ def make() -> Scene:
 
 
 def _shell(builder: Builder) -> None:
-    builder.textured("floorboards", textures.planks(23, "#80603f #aa855c #c9a67b"), (3.0, 1.12), 0.4)
-    builder.textured("plaster", textures.plaster(24, "#ece6da", 0.006), (2.0, 2.0), 0.95)
-    builder.textured("sage plaster", textures.plaster(25, "#9aa58c", 0.008), (2.0, 2.0), 0.95)
+    builder.textured("floorboards", partial(textures.planks, 23, "#80603f #aa855c #c9a67b"), (3.0, 1.12), 0.4)
+    builder.textured("plaster", partial(textures.plaster, 24, "#ece6da", 0.006), (2.0, 2.0), 0.95)
+    builder.textured("sage plaster", partial(textures.plaster, 25, "#9aa58c", 0.008), (2.0, 2.0), 0.95)
     builder.paints("white paint #e7e2d8 0.5, steel #a9a9a6 0.3")
     builder.add("floorboards", rooms.level(_X, _Z, 0.0))
     builder.add("plaster", rooms.level(_X, _Z, -_HIGH).mirrored(1))
@@ -71,7 +73,7 @@ def _window(builder: Builder) -> None:
     wall.add("window frame", rooms.window_frame(_WINDOW, -0.22, 3, 0.06, 0.07))
     wall.add("window frame", rooms.sill(_WINDOW, 0.1, 0.14))
     _garden(wall)
-    builder.textured("linen", textures.fabric(26, "#b9ae9c #d3c9b8 #e2dacb"), (0.2, 0.2), 1.0)
+    builder.textured("linen", partial(textures.fabric, 26, "#b9ae9c #d3c9b8 #e2dacb"), (0.2, 0.2), 1.0)
     for seed, middle in ((27, _WINDOW.left - 0.16), (28, _WINDOW.right + 0.16)):
         wall.add("linen", furnishings.curtain(0.72, 2.49, 7.5, 0.045, seed).moved(middle, 0, 0.17))
     wall.add("brass", furnishings.rod(_WINDOW.width + 1.3).moved(_WINDOW.left + _WINDOW.width / 2, 2.5, 0.17))
@@ -96,11 +98,11 @@ def _garden(wall: Builder) -> None:
 
 
 def _seats(builder: Builder) -> None:
-    builder.textured("grey wool", textures.fabric(29, "#76736e #a19d96 #bdb9b0"), (0.14, 0.14), 1.0)
-    builder.textured("mustard", textures.fabric(30, "#97702c #c3953f #d6ac5c"), (0.12, 0.12), 1.0)
-    builder.textured("rust", textures.fabric(31, "#7c402b #a95b3f #c0765a"), (0.12, 0.12), 1.0)
-    builder.textured("teal wool", textures.fabric(32, "#31524f #4a7470 #658f8a"), (0.14, 0.14), 1.0)
-    builder.textured("knit", textures.fabric(33, "#a3937c #c6b79f #d9ccb6"), (0.25, 0.25), 1.0)
+    builder.textured("grey wool", partial(textures.fabric, 29, "#76736e #a19d96 #bdb9b0"), (0.14, 0.14), 1.0)
+    builder.textured("mustard", partial(textures.fabric, 30, "#97702c #c3953f #d6ac5c"), (0.12, 0.12), 1.0)
+    builder.textured("rust", partial(textures.fabric, 31, "#7c402b #a95b3f #c0765a"), (0.12, 0.12), 1.0)
+    builder.textured("teal wool", partial(textures.fabric, 32, "#31524f #4a7470 #658f8a"), (0.14, 0.14), 1.0)
+    builder.textured("knit", partial(textures.fabric, 33, "#a3937c #c6b79f #d9ccb6"), (0.25, 0.25), 1.0)
     builder.add("grey wool, walnut", [part.moved(-0.35, 0, -2.74) for part in seating.sofa(2.35, 3)])
     builder.add("mustard", seating.scatter((-1.12, 0.72, -2.61), 8.0))
     builder.add("mustard", seating.scatter((0.44, 0.7, -2.6), -14.0, 0.4))
@@ -112,7 +114,7 @@ def _seats(builder: Builder) -> None:
 
 
 def _coffee_table(builder: Builder) -> None:
-    pattern = textures.kilim(34, "#c9b795 #8f4a37 #d9cdb4 #3f5a66 #b5784a")
+    pattern = partial(textures.kilim, 34, "#c9b795 #8f4a37 #d9cdb4 #3f5a66 #b5784a")
     builder.textured("rug", pattern, (3.0, 2.1), 1.0)
     builder.add("rug", box((3.0, 0.012, 2.1), 0.004).mapped_uv(1.5, 1.05).moved(-0.35, 0.0065, -1.3))
     x, z, top = -0.45, -1.4, 0.4
@@ -156,7 +158,7 @@ def _lamps(builder: Builder) -> None:
 
 def _bookcase(builder: Builder) -> None:
     cloths = "#7b3b2e #2f4a5a #4d5a3c #a5803f #5c3a4a #c9b791 #3c4644 #8e5a3a"
-    builder.textured("book spines", textures.book_spines(36, cloths), (1.0, 1.0), 0.8)
+    builder.textured("book spines", partial(textures.book_spines, 36, cloths), (1.0, 1.0), 0.8)
     builder.paints("pages #ddd5c2 0.9, blue glaze #56788c 0.3")
     half, tall, deep, board = 0.7, 2.16, 0.3, 0.025
     case = builder.frame(0, (2.35, 0.0005, -_Z + 0.0165))
@@ -188,7 +190,7 @@ def _dining(builder: Builder) -> None:
         builder.add("oak", leg.moved(x, 0, z))
     builder.add("oak", [box((1.3, 0.07, 0.022), 0.003).moved(x, high - 0.0695, z + side * 0.275) for side in (-1, 1)])
     builder.paints("black chair #46464a 0.5")
-    builder.textured("seat pad", textures.fabric(50, "#9a8a70 #bfae92 #d3c5ac"), (0.12, 0.12), 1.0)
+    builder.textured("seat pad", partial(textures.fabric, 50, "#9a8a70 #bfae92 #d3c5ac"), (0.12, 0.12), 1.0)
     places = [(x - 0.38, 0, z - 0.58), (x + 0.4, 0, z - 0.66), (x - 0.4, 0, z + 0.6), (x + 0.36, 0, z + 0.58)]
     builder.add("black chair, seat pad", seating.wooden_chair(), places, [4.0, -12.0, 177.0, 184.0])
 
@@ -197,7 +199,7 @@ def _dining(builder: Builder) -> None:
     builder.add("china", saucer(0.13), plates)
     builder.add("china", saucer(0.09), plates + np.array([0, 0.0095, 0]))
     builder.paints("green glaze #5f7a5a 0.3, twigs #6f5b45 0.9")
-    builder.textured("twig leaves", textures.leaves(52, "#56683f #82955c #aebb86"), (1.0, 1.0), 0.6)
+    builder.textured("twig leaves", partial(textures.leaves, 52, "#56683f #82955c #aebb86"), (1.0, 1.0), 0.6)
     builder.add("green glaze, twigs, twig leaves", (vase(0.09, 0.24), *tree(51, 0.48, 26, 0.2)), (x, top, z))
     builder.add("china", mug(0.036, 0.08), [(x - 0.16, top, z - 0.22), (x + 0.62, top, z - 0.12)], [70.0, 200.0])
 
@@ -218,10 +220,10 @@ def _sideboard(builder: Builder) -> None:
 
 def _pictures(builder: Builder) -> None:
     builder.paints("picture frame #4a453f 0.5")
-    hills = paintings.landscape(53, "#7fa3b5 #c9d3c4 #efd9ae", "#a9b3a6 #7f957f #58755f #3f5848")
-    fields = paintings.blocks(54, "#e5d9c2 #c98a4b #7c3f34 #2f4858")
-    bands = paintings.strata(55, "#294c60 #7fa1a0 #eadfc8 #d9a566 #a5563c")
-    dunes = paintings.landscape(56, "#d7a98c #ecd2b0 #f3e4c4", "#c9a58a #a97d64 #7d5a4d")
+    hills = partial(paintings.landscape, 53, "#7fa3b5 #c9d3c4 #efd9ae", "#a9b3a6 #7f957f #58755f #3f5848")
+    fields = partial(paintings.blocks, 54, "#e5d9c2 #c98a4b #7c3f34 #2f4858")
+    bands = partial(paintings.strata, 55, "#294c60 #7fa1a0 #eadfc8 #d9a566 #a5563c")
+    dunes = partial(paintings.landscape, 56, "#d7a98c #ecd2b0 #f3e4c4", "#c9a58a #a97d64 #7d5a4d")
     rooms.hang(builder.frame(0, (-0.35, 1.68, -_Z)), "oak", hills, 1.5, 0.95)
     rooms.hang(builder.frame(180, (-0.9, 1.6, _Z)), "picture frame", bands, 1.3, 0.85)
     rooms.hang(builder.frame(-90, (_X, 1.72, 0.1)), "picture frame", fields, 0.8, 1.0)
@@ -229,7 +231,7 @@ def _pictures(builder: Builder) -> None:
 
 
 def _plants(builder: Builder) -> None:
-    builder.textured("fig leaves", textures.leaves(57, "#385830 #5d8243 #97ae6c"), (1.0, 1.0), 0.5)
+    builder.textured("fig leaves", partial(textures.leaves, 57, "#385830 #5d8243 #97ae6c"), (1.0, 1.0), 0.5)
     builder.paints("bark #7c6a52 0.9, soil #4d4136 1.0, terracotta #b5714f 0.9")
     for seed, x, z, tall in ((58, -2.82, -2.75, 1.95), (59, -2.85, 2.8, 1.6)):
         fig = (*pot(0.21, 0.4), *tree(seed, tall, 220, 0.38))

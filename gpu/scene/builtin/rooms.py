@@ -1,6 +1,6 @@
 """What rooms are made of: walls with openings, windows with blinds, doors, skirting boards, framed pictures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -146,10 +146,10 @@ def door(width: float, height: float) -> tuple[Shape, Shape, Shape]:
     return join([leaf, *ribs]), casing, join([plate, bent]).moved(width / 2 - 0.07, 1.02, 0)
 
 
-def hang(builder: Builder, frame: str, pixels: Bytes, width: float, height: float) -> None:
+def hang(builder: Builder, frame: str, image: Callable[[], Bytes], width: float, height: float) -> None:
     """A painting of `width` × `height` metres in a frame of that material, on a wall at z = 0, its middle there."""
     section = points("-.035,.0005 -.035,.0224 -.0245,.028 -.00875,.0252 .004,.014 .004,.0005")
     outline = rectangle((-width / 2, -height / 2), (width / 2, height / 2))
     builder.add(frame, moulding(section, outline).turned(90, "x"))
-    builder.textured("painting", pixels, roughness=0.8)
+    builder.textured("painting", image, roughness=0.8)
     builder.add("painting", picture(width, height))

@@ -1,12 +1,15 @@
 """A builder keeps shapes with their materials, places them, and calls materials by name."""
 
+from functools import partial
+from threading import Barrier
+
 import numpy as np
 import pytest
 
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.shapes import block
 from gpu.scene.camera import look_at
-from gpu.scene.types import Doubles, Scene
+from gpu.scene.types import Bytes, Doubles, Scene
 
 CUBE = block((0, 0, 0), (1, 1, 1))
 VIEW = [look_at((0, 0, 9), (0, 0, 0))]
@@ -35,7 +38,7 @@ def test_shapes_get_the_materials_named_and_the_places_of_their_frame() -> None:
 def test_a_name_means_the_last_material_made_with_it() -> None:
     builder = Builder("paintings")
     for level in (100, 200):
-        builder.textured("painting", np.full((4, 4, 4), level, np.uint8), (2.0, 0.5))
+        builder.textured("painting", partial(np.full, (4, 4, 4), level, np.uint8), (2.0, 0.5))
         builder.add("painting", CUBE)
     scene = builder.scene(VIEW)
     assert np.bincount(scene.triangle_material).tolist() == [12, 12]
@@ -43,6 +46,24 @@ def test_a_name_means_the_last_material_made_with_it() -> None:
     assert slot is not None
     assert scene.textures[slot.texture].pixels[0, 0, 0] == 200
     assert slot.transform == (0.5, 0.0, 0.0, 0.0, 2.0, 0.0)
+
+
+def test_images_are_made_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu.scene.builtin.builder.IMAGES_AT_ONCE", 2)
+    both, builder = Barrier(2), Builder("images")
+
+    def image(level: int) -> Bytes:
+        both.wait(60.0)  # for the other one
+        return np.full((4, 4, 4), level, np.uint8)
+
+    for level in (100, 200):
+        builder.textured(f"painting {level}", partial(image, level))
+        builder.add(f"painting {level}", CUBE)
+    textures = builder.scene(VIEW).textures
+    assert [(texture.name, texture.pixels[0, 0, 0]) for texture in textures] == [
+        ("painting 100", 100),
+        ("painting 200", 200),
+    ]
 
 
 def test_paints_are_linear_and_no_darker_or_lighter_than_real_ones() -> None:
