@@ -12,7 +12,7 @@ from gpu.core.kernel_loading import (
     noted_kernels,
 )
 from gpu.core.sharing import DEVICE_SHARING
-from gpu.device_scene.upload import DeviceScene
+from gpu.device_scene.upload import DeviceScene, load_scene_kernels
 from gpu.film.accumulation import Accumulation
 from gpu.methods.passes import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
@@ -45,6 +45,13 @@ def frame_kernels(
                 renderer.render(camera, mean)
         launched |= kernels
     return launched
+
+
+def load_kept_kernels(device: wp.Device) -> None:
+    """Load what scenes take, then what Warp's cache has of all else that was imported: before there is a scene."""
+    load_scene_kernels(str(device))
+    block = block_of(device)
+    load_kernels([kernel for kernel in imported_kernels() if is_compiled(kernel, device, block)], device, block)
 
 
 def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:

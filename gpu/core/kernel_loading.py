@@ -8,6 +8,7 @@ from functools import partial
 from hashlib import sha256
 from os import cpu_count
 from pathlib import Path
+from threading import Lock
 from time import monotonic, sleep
 from typing import Any
 
@@ -25,6 +26,7 @@ LATE_SECONDS = 3.0
 
 _noted: set[wp.Kernel] | None = None
 _host_kernels: set[wp.Kernel] = set()
+_loading = Lock()  # two threads may want the same module
 # Modules that need no compiler any more, and those that one is at, whoever waits for them; each for a device.
 _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
@@ -104,7 +106,8 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
     in_order = sorted(kernels, key=lambda kernel: _inlined_size(kernel, sizes), reverse=True)
     modules = list(dict.fromkeys(kernel.module for kernel in in_order))
     if modules:
-        wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
+        with _loading:
+            wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
 
 
 def _inlined_size(code: wp.Kernel | wp.Function, sizes: dict[Any, int]) -> int:

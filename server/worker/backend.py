@@ -21,7 +21,6 @@ import warp as wp
 from gpu.core.device import choose_device
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.upload import load_scene_kernels
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -33,7 +32,7 @@ from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
 from gpu.scene.types import Scene
 from gpu.settings import RenderSettings
-from gpu.warm_up import warm_up, warm_up_soon
+from gpu.warm_up import load_kept_kernels, warm_up, warm_up_soon
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
@@ -97,7 +96,7 @@ class GpuBackend:
         self._encoder = device_encoder(self._device)
         self._renderers = RendererPool(self._device, downloads=self._encoder is None)
         # While the scene is read.
-        Thread(target=load_scene_kernels, args=(str(self._device),), name="kernels", daemon=True).start()
+        Thread(target=load_kept_kernels, args=(self._device,), name="kernels", daemon=True).start()
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 

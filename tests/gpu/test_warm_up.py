@@ -9,6 +9,7 @@ from scenes import box, grey, quad, resident_of
 
 import gpu.warm_up as module
 from gpu.core import device as launches
+from gpu.core.radix_sort import iota_kernel
 from gpu.correction.bias_compensation import bias_compensation_kernel
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
@@ -19,7 +20,15 @@ from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
-from gpu.warm_up import AVERAGED, frame_kernels, warm_up, warm_up_for, warm_up_soon, warm_up_still
+from gpu.warm_up import (
+    AVERAGED,
+    frame_kernels,
+    load_kept_kernels,
+    warm_up,
+    warm_up_for,
+    warm_up_soon,
+    warm_up_still,
+)
 
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
 
@@ -55,6 +64,17 @@ def test_frames_launch_nothing_that_was_not_loaded(cpu: str, monkeypatch: pytest
     made_for_it = {kernel for kernel in launched if "__locals__" in kernel.key}
     assert len(made_for_it) > 5
     assert {kernel.key for kernel in made_for_it if kernel.module not in loaded} == set()
+
+
+def test_what_is_kept_is_loaded_before_there_is_a_scene_and_nothing_compiled(
+    cpu: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loaded = list[object]()
+    monkeypatch.setattr(module, "load_scene_kernels", loaded.append)
+    monkeypatch.setattr(module, "is_compiled", lambda kernel, *_: kernel is iota_kernel)
+    monkeypatch.setattr(module, "load_kernels", lambda kernels, *_: loaded.extend(kernels))
+    load_kept_kernels(wp.get_device(cpu))
+    assert list(dict.fromkeys(loaded)) == [cpu, iota_kernel]
 
 
 def test_one_frame_takes_fewer_kernels_than_a_mean_of_many_and_a_walk(

@@ -56,6 +56,21 @@ def test_modules_are_loaded_once_each_side_by_side(monkeypatch: pytest.MonkeyPat
     assert asked == [([iota_kernel.module], block, kernel_loading.WORKERS) for block in (1, 128)]
 
 
+def test_two_threads_load_one_after_the_other(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
+    loading, at_once = list[int](), list[int]()
+
+    def load(*_: object, **__: object) -> None:
+        loading.append(1)
+        sleep(0.05)
+        at_once.append(len(loading))
+        loading.pop()
+
+    monkeypatch.setattr(wp, "force_load", load)
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(lambda _: load_kernels([iota_kernel], wp.get_device(cpu), 1), range(2)))
+    assert at_once == [1, 1]
+
+
 def test_what_has_most_code_with_all_it_calls_is_compiled_first(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
     @wp.func
     def long(x: int) -> int:

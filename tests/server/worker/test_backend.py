@@ -419,7 +419,7 @@ def test_what_scenes_take_is_loaded_while_the_first_one_is_read(cpu: str, monkey
         assert loading.wait(10.0)
         return read(*arguments, **options)
 
-    monkeypatch.setattr(server.worker.backend, "load_scene_kernels", lambda device: loading.set())
+    monkeypatch.setattr(server.worker.backend, "load_kept_kernels", lambda device: loading.set())
     monkeypatch.setattr(server.worker.backend, "load_scene", reading)
     assert GpuBackend().start(Start(BOX, cpu), silent, Tasks()) == cpu
 

@@ -38,7 +38,7 @@ def test_a_worker_begins_with_the_scene_that_is_being_read(
     (tmp_path / "hall.glb").write_bytes(TRIANGLE_GLB)
     start = Start(SceneRef("hall.glb", str(tmp_path / "hall.glb")), cpu)
     backend = backend_for(start)
-    monkeypatch.setattr("server.worker.backend.load_scene_kernels", lambda device: None)
+    monkeypatch.setattr("server.worker.backend.load_kept_kernels", lambda device: None)
     monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda device_scene, settings: None)
     monkeypatch.setattr("server.worker.backend.read_beside", lambda *_: pytest.fail("it is read again"))
     with monkeypatch.context() as started:
