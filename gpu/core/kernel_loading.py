@@ -99,12 +99,16 @@ def host_kernels() -> list[wp.Kernel]:
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
-    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads: first those of most code,
+    """Take these kernels from Warp's cache, or compile them, for blocks of so many threads: first those of most code,
     at which a compiler is longest.
     """
     sizes: dict[Any, int] = {}
-    in_order = sorted(kernels, key=lambda kernel: _inlined_size(kernel, sizes), reverse=True)
-    modules = list(dict.fromkeys(kernel.module for kernel in in_order))
+
+    def work(kernel: wp.Kernel) -> int:
+        """A measure of what a compiler has to do; to find it takes longer than to load what needs none."""
+        return 0 if is_compiled(kernel, device, block) else _inlined_size(kernel, sizes)
+
+    modules = list(dict.fromkeys(kernel.module for kernel in sorted(kernels, key=work, reverse=True)))
     if modules:
         with _loading:
             wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)

@@ -96,6 +96,13 @@ def test_what_has_most_code_with_all_it_calls_is_compiled_first(monkeypatch: pyt
     assert asked == [caller_kernel.module, itself_kernel.module]
 
 
+def test_what_needs_no_compiler_is_not_measured(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
+    monkeypatch.setattr(wp, "force_load", lambda *_, **__: None)
+    monkeypatch.setattr(kernel_loading, "is_compiled", lambda *_: True)
+    monkeypatch.setattr(kernel_loading, "_inlined_size", lambda *_: pytest.fail("its code is gone through"))
+    load_kernels([iota_kernel], wp.get_device(cpu), 1)
+
+
 def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
     kernel = new_kernel()
