@@ -161,3 +161,7 @@ def test_another_overload_is_hashed_anew() -> None:
         return value // 2
 
     assert hash_of(half) != before
+
+
+def test_nothing_is_gone_through_for_modules_that_would_be_loaded_again() -> None:
+    assert house_kernel(1.0).module.references == set()
