@@ -12,7 +12,7 @@ from server.importing import kept_imports
 from server.logs import configure, has_room
 from server.render.activity import Activity, EngineState
 from server.render.engine_pool import EnginePool
-from server.render.worker_process import WORKER
+from server.render.worker_process import WORKER, WorkerProcess
 from server.settings import ServerSettings
 
 WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # listened on for all addresses, which none is
@@ -24,16 +24,16 @@ class Ending(Protocol):
     should_exit: bool
 
 
-def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
+def serve(settings: ServerSettings, worker: Sequence[str] = WORKER, first: WorkerProcess | None = None) -> None:
     """Run the service until SIGINT or SIGTERM; prints its URL on stdout once a frame can be had.
 
-    worker: the command that starts one. Raises UserError when it cannot listen, or when the served scene or the device
-    cannot be used.
+    worker: the command that starts one; first: one that runs already. Raises UserError when it cannot listen, or when
+    the served scene or the device cannot be used.
     """
     configure(settings.log_format)
     with listen(settings.host, settings.port) as listener:
         engines = make_engines(settings, worker)
-        with engines.early():
+        with engines.early(first):
             with kept_imports():
                 from server.app import create_app, create_server, prepare
                 from server.http.connections import raise_file_limit

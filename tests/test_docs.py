@@ -12,7 +12,7 @@ from gpu.renderer import MAX_SIDE
 from gpu.scene import edits
 from gpu.settings import Method, RenderSettings, Skips
 from server import jobs, service
-from server.cli.main import _parser
+from server.cli.commands import parser as lumenwalk_parser
 from server.http import connection, http_protocol, metered, middleware
 from server.rest import render, requests
 from server.scenes import archives, checker, uploads
@@ -114,7 +114,7 @@ def test_parts_of_the_benchmark_named_exist() -> None:
 @pytest.mark.parametrize(
     ("command", "parser"),
     [
-        (r"lumenwalk (?=serve|render|compare|info|warm)", _parser),
+        (r"lumenwalk (?=serve|render|compare|info|warm)", lumenwalk_parser),
         (r"python -m tests\.bench ", bench_parser),
         (r"python -m tests\.load ", load_parser),
     ],

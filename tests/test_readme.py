@@ -4,7 +4,7 @@ from pathlib import Path
 
 from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
-from server.cli.main import _parser
+from server.cli.commands import parser
 from server.settings import ServerSettings
 from server.video.film_settings import FilmSettings
 
@@ -28,7 +28,7 @@ def test_every_option_in_the_readme_exists() -> None:
 
 def test_every_command_in_the_readme_is_understood() -> None:
     commands = re.findall(r"^(?:    |`)lumenwalk (.+?)`?$", README, re.M)
-    understood = [_parser().parse_args(shlex.split(command, comments=True)).command for command in commands]
+    understood = [parser().parse_args(shlex.split(command, comments=True)).command for command in commands]
     assert len(set(understood)) == 3  # render, compare and info; `make run` serves
 
 

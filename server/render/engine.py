@@ -28,7 +28,8 @@ from server.render.quarantine import Quarantine, QuarantinedError
 from server.render.running import RunningTurn, RunningTurns
 from server.render.schedule import QueueEntry, Schedule, Urgency
 from server.render.worker_link import InnocentLossError, TurnedAwayError, WorkerLink, WorkerLostError
-from server.render.worker_process import WORKER, Workers
+from server.render.worker_process import WORKER
+from server.render.workers import Workers
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     HEARTBEAT,

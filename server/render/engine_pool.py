@@ -20,7 +20,7 @@ from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
-from server.render.worker_process import WORKER
+from server.render.worker_process import WORKER, WorkerProcess
 from server.wire.worker import STILLS, Export, Pick, Render, SceneRef, Start
 
 LATELY_SECONDS = 10.0  # after its last wish, a client no longer counts where engines are compared
@@ -132,11 +132,14 @@ class EnginePool:
     # --- what is asked of them ---
 
     @contextmanager
-    def early(self) -> Iterator[None]:
-        """Have all first workers run from now on, for `run`; those that it has not by the end of the context end."""
+    def early(self, first: WorkerProcess | None = None) -> Iterator[None]:
+        """Have all first workers run from now on, for `run`; at the end of the context they end.
+
+        first: that of the first engine, if it runs already.
+        """
         with ExitStack() as workers:
-            for engine in self.engines:
-                workers.enter_context(engine.workers.early())
+            for number, engine in enumerate(self.engines):
+                workers.enter_context(engine.workers.early(None if number else first))
             yield
 
     async def run(self) -> None:

@@ -8,6 +8,7 @@ from server.render.worker_process import KILLED_SECONDS, WorkerProcess
 from server.wire.worker import FromWorker, Progress, ToWorker, pack, receive
 
 STOP_SECONDS = 3.0  # that a worker has to end by itself
+POLL_SECONDS = 0.01  # between two looks at whether it has
 BUFFER_BYTES = 2**20
 MAX_PROGRESS_A_SECOND = 200  # the one message that a worker may send as often as it likes
 
@@ -83,7 +84,7 @@ class WorkerLink:
         """End the worker, kindly first; its exit status (negative: the signal that ended it), None if it lives on."""
         self._writer.close()
         try:
-            return await asyncio.wait_for(self._process.ended(), STOP_SECONDS)
+            return await asyncio.wait_for(self._ended(), STOP_SECONDS)
         except TimeoutError:
             self.kill()
             return await self._killed()
@@ -94,10 +95,15 @@ class WorkerLink:
 
     async def _killed(self) -> int | None:
         try:
-            return await asyncio.wait_for(self._process.ended(), KILLED_SECONDS)
+            return await asyncio.wait_for(self._ended(), KILLED_SECONDS)
         except TimeoutError:
             self._process.leave_behind()
             return None
+
+    async def _ended(self) -> int:
+        while (status := self._process.status()) is None:
+            await asyncio.sleep(POLL_SECONDS)
+        return status
 
     def _count_progress(self) -> None:
         second = int(monotonic())

@@ -24,7 +24,6 @@ from server.render.activity import READY, RECOVERING, Activity, EngineState
 from server.render.worker_process import WorkerProcess
 from server.serve import _announcer, _url, serve
 from server.settings import ServerSettings
-from server.wire.worker import Start
 
 TOKEN = "correct-horse-battery-staple"
 PROGRAM = f"""
@@ -130,11 +129,11 @@ def test_a_worker_runs_before_what_serves_is_imported_and_no_longer_than_that_go
     started = list[int]()
 
     class Noted(WorkerProcess):
-        def __init__(self, command: Sequence[str], start: Start) -> None:
-            super().__init__(command, start)
+        def __init__(self, command: Sequence[str]) -> None:
+            super().__init__(command)
             started.append(self.pid)
 
-    monkeypatch.setattr("server.render.worker_process.WorkerProcess", Noted)
+    monkeypatch.setattr("server.render.workers.WorkerProcess", Noted)
     monkeypatch.setitem(sys.modules, "server.app", None)
     with pytest.raises(ImportError):
         serve(ServerSettings(port=0), GRADIENT_WORKER)
@@ -143,7 +142,7 @@ def test_a_worker_runs_before_what_serves_is_imported_and_no_longer_than_that_go
 
 
 def test_what_is_wrong_is_said_before_a_worker_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.render.worker_process.WorkerProcess", lambda *_: pytest.fail("a worker is started"))
+    monkeypatch.setattr("server.render.workers.WorkerProcess", lambda *_: pytest.fail("a worker is started"))
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UserError, match="is in use"):
         serve(ServerSettings(port=taken.getsockname()[1]), GRADIENT_WORKER)
     with pytest.raises(UserError, match="there is no such file"):

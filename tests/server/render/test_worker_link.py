@@ -14,6 +14,7 @@ from harness import GRADIENT_WORKER, PATIENCE, rogue
 from server.render.engine import Engine
 from server.render.worker_link import WorkerLink, WorkerLostError
 from server.render.worker_process import WorkerProcess
+from server.render.workers import Workers
 from server.wire.worker import Progress, Ready, SceneRef, Start
 
 START = Start(SceneRef("cornell-box", "cornell-box"))
@@ -24,7 +25,7 @@ def linked(command: tuple[str, ...], scenario: Callable[[WorkerLink], Awaitable[
     """Runs a scenario with a worker; returns how that ended."""
 
     async def main() -> int | None:
-        link = await WorkerLink.to(WorkerProcess(command, START))
+        link = await WorkerLink.to(Workers(command, START).new())
         try:
             await scenario(link)
         finally:
@@ -69,7 +70,7 @@ def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.Monk
 
 def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
     async def main() -> int:
-        link = await WorkerLink.to(WorkerProcess(STUBBORN, START))
+        link = await WorkerLink.to(WorkerProcess(STUBBORN))
         stopping = asyncio.create_task(link.stop())
         await asyncio.sleep(0.05)
         stopping.cancel()
@@ -139,7 +140,7 @@ def test_a_link_that_is_not_waited_for_leaves_no_worker_and_no_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def main() -> None:
-        process = WorkerProcess(STUBBORN, START)
+        process = WorkerProcess(STUBBORN)
         starting = asyncio.create_task(WorkerLink.to(process))
         await asyncio.sleep(0)  # it waits for its own end of the socket now
         starting.cancel()

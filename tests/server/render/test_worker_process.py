@@ -1,20 +1,19 @@
 """A worker's process: how it is started, what it gets, and how it ends where nobody speaks to it."""
 
-import asyncio
-import os
+import signal
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import pytest
-from harness import GRADIENT_WORKER, PATIENCE, alive
+from harness import GRADIENT_WORKER, alive, wait_for
 
 from gpu.errors import UserError
-from server.render.worker_process import WorkerProcess, Workers
-from server.wire.worker import Progress, SceneRef, Start, read
+from server.render.worker_process import WorkerProcess
+from server.wire.worker import Progress, SceneRef, Start, pack, read
 
 START = Start(SceneRef("cornell-box", "cornell-box"))
-STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
 
 # Threads, each of which has had 16 MB; ends with the number of MB that the process has more since.
 THREADS = """
@@ -41,29 +40,45 @@ sys.exit(max(megabytes() - before, 0))
 """
 
 
-def status_of(*command: str) -> int:
+def status_of(program: str) -> int:
     """How a program ends that is started as a worker."""
-
-    async def main() -> int:
-        process = WorkerProcess((sys.executable, "-c", *command), START)
-        with process.socket:
-            return await asyncio.wait_for(process.ended(), PATIENCE)
-
-    return asyncio.run(main())
+    with WorkerProcess((sys.executable, "-c", program)) as process:
+        wait_for(lambda: process.status() is not None)
+        status = process.status()
+    assert status is not None
+    return status
 
 
-def test_a_worker_is_told_what_it_serves_as_it_starts() -> None:
-    process = WorkerProcess(GRADIENT_WORKER, START)
-    with process.socket.makefile("rb") as pipe:
-        message, _ = read(pipe)
-    process.end()
+def test_a_worker_has_the_other_end_of_the_socket() -> None:
+    with WorkerProcess(GRADIENT_WORKER) as process:
+        process.socket.sendall(pack(START))
+        with process.socket.makefile("rb") as pipe:
+            message, _ = read(pipe)
+        assert process.status() is None
     assert isinstance(message, Progress)
     assert not alive(process.pid)
 
 
+def test_nothing_is_left_of_one_that_does_not_end_by_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with WorkerProcess((sys.executable, "-c", "import time; time.sleep(3600)")) as process:
+        assert len(list(tmp_path.iterdir())) == 1
+    assert process.status() == -signal.SIGKILL
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_is_there_before_what_serves_could_be() -> None:
+    """What `lumenwalk serve` imports before it starts a worker."""
+    program = "import sys, server.render.worker_process as it; print(*{name.split('.')[0] for name in sys.modules})"
+    imported = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not {"asyncio", "numpy", "pydantic", "fastapi", "uvicorn"} & {*imported}
+
+
 def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
     with pytest.raises(UserError, match="cannot be started"):
-        WorkerProcess(("/nowhere/python",), START)
+        WorkerProcess(("/nowhere/python",))
 
 
 def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,31 +90,3 @@ def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_a_worker_gives_back_what_its_threads_had() -> None:
     assert 0 <= status_of(THREADS) < 8
-
-
-def test_an_early_worker_is_the_first_and_ends_where_nobody_takes_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    started = list[WorkerProcess]()
-
-    class Noted(WorkerProcess):
-        def __init__(self, *how: object) -> None:
-            super().__init__(*how)  # type: ignore[arg-type]
-            started.append(self)
-
-    monkeypatch.setattr("server.render.worker_process.WorkerProcess", Noted)
-    workers = Workers(STUBBORN, START)
-    with workers.early():
-        pass
-    assert not alive(started[0].pid)
-    with workers.early():
-        taken = workers.new()
-    assert alive(taken.pid)
-    other = workers.new()
-    assert started[1:] == [taken, other]
-    for process in (taken, other):
-        process.end()
-        with pytest.raises(ProcessLookupError):
-            os.kill(process.pid, 0)  # not even its exit status is left
-    assert list(tmp_path.iterdir()) == []
