@@ -46,6 +46,9 @@ MIDDLE = wp.constant(0.70710678)
 LEVELS_HELD = wp.constant(3)
 # Of cells wider than any scene: where no VPL knows anything.
 NO_LEVEL = 32
+# Cells are moved by so much, or walls would lie between them, those that bound unit space in all levels, and rounding
+# would decide in which a point is.
+CELLS_MOVED = wp.constant(wp.vec3(0.21371, 0.17317, 0.13193))
 
 
 @wp.struct
@@ -223,7 +226,7 @@ def covered_radiosity_kernel(first: int, covered: wp.array[int], lit: RadiosityC
 @wp.func
 def bucket_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, level: int) -> int:
     """The place in the table of the cell of a level that holds a surface point. Cells may share one."""
-    cell = cell_at(position, cells_per_unit(level))
+    cell = cell_at(position + CELLS_MOVED, cells_per_unit(level))
     mixed = hashed(wp.uint32(6 * level + dominant_axis(normal)))
     for axis in range(3):
         mixed = hashed(mixed ^ wp.uint32(cell[axis]))

@@ -13,6 +13,7 @@ from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
 from gpu.vpl.radiosity_cache import (
+    CELLS_MOVED,
     RADIOSITY_PARAMETERS,
     RadiosityCache,
     RadiosityCells,
@@ -188,6 +189,10 @@ def test_vpls_of_radii_far_from_what_is_asked_for_are_not_found(scale: float) ->
     assert around(lit, np.zeros((1, 3)), up, scale)[0] == -1
 
 
+# Where cells begin.
+CORNER = -np.array([[*CELLS_MOVED]], np.float64)
+
+
 def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
     """A cache of VPLs that face up, of estimates' disks of a radius."""
     count, lit = len(positions), RadiosityCache()
@@ -202,18 +207,25 @@ def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
 @pytest.mark.parametrize(("radii", "answers"), [(0.1, True), (1.9, True), (2.1, False)])
 def test_a_vpl_answers_within_two_of_its_radii(radii: float, answers: bool) -> None:
     radius = 0.0148
-    # Of those cells, which begin at the origin, the largest are of 4.2 radii.
-    point = np.array([[radii * radius, 0.0, 1e-3 * radius]])
-    assert (around(by_hand(np.zeros((1, 3)), radius), point, np.array([[0.0, 1.0, 0.0]]))[0] == 0) == answers
+    # The largest of its cells are of 4.2 radii.
+    begin = CORNER + 1e-3 * radius
+    point = begin + np.array([radii * radius, 0.0, 0.0])
+    assert (around(by_hand(begin, radius), point, np.array([[0.0, 1.0, 0.0]]))[0] == 0) == answers
 
 
 @pytest.mark.parametrize(("scale", "answers"), [(2.6, True), (3.1, False), (1.0 / 900.0, False), (1.0 / 600.0, True)])
 def test_a_vpl_stands_in_cells_of_three_sizes_and_nine_are_searched(scale: float, answers: bool) -> None:
     radius = 0.0148
-    point = np.array([[1e-3 * radius, 0.0, 1e-3 * radius]])
-    assert (
-        around(by_hand(np.zeros((1, 3)), radius), point, np.array([[0.0, 1.0, 0.0]]), scale * radius)[0] == 0
-    ) == answers
+    point = CORNER + 1e-3 * radius
+    assert (around(by_hand(point, radius), point, np.array([[0.0, 1.0, 0.0]]), scale * radius)[0] == 0) == answers
+
+
+def test_points_of_a_wall_at_the_end_of_unit_space_are_in_one_cell_whatever_rounding_makes_of_them() -> None:
+    wall = np.array([[0.2, -0.5, 0.1]])
+    for size in (0.0148, 0.1):
+        for towards in (-1.0, 0.0):
+            point = np.array([[0.2, float(np.nextafter(np.float32(-0.5), np.float32(towards))), 0.1]])
+            assert around(by_hand(wall, size), point, np.array([[0.0, 1.0, 0.0]]))[0] == 0
 
 
 def test_less_than_three_of_eight_places_that_are_surface_are_not_believed() -> None:
@@ -240,7 +252,7 @@ def test_twelve_neighbours_are_searched_no_farther_than_sixteen_unit_squares_hol
 
 @pytest.mark.parametrize(("count", "read"), [(12, 12), (24, 12)])
 def test_twelve_vpls_of_a_cell_are_read_at_most(count: int, read: int) -> None:
-    positions = np.random.default_rng(2).uniform(0.001, 0.015, (count, 3)) * [1.0, 0.0, 1.0]
+    positions = CORNER + np.random.default_rng(2).uniform(0.001, 0.015, (count, 3)) * [1.0, 0.0, 1.0] + [0.0, 1e-4, 0.0]
     found = around(by_hand(positions, 0.0148), positions, np.tile([0.0, 1.0, 0.0], (count, 1)))
     assert (found == np.arange(count)).sum() == read
 
