@@ -6,6 +6,9 @@ from gpu.core.code_generation import pass_by_reference
 from gpu.device_scene.bvh import Bvh
 
 NO_HIT = wp.constant(-1)
+# How rays without a seed meet BLEND surfaces: SceneData.coverage.
+HALF = wp.constant(wp.uint32(0))
+WHOLE = wp.constant(wp.uint32(0xFFFFFFFF))
 # What a texture is for: SlotData.use.
 BASE_COLOR = wp.constant(0)
 EMISSION = wp.constant(1)
@@ -121,14 +124,15 @@ class SceneData:
     scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
-    triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,)
-    RGBA8, least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky
-    (1,): radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment
-    says so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, transmissive, specular: rays may
-    hit textures, narrow specular lobes, clear coats, sheen, thin films, glass, mirrors or clear glass; one_sided:
-    cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal;
-    ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or not with the
-    probability alpha, 0: they are where alpha is one half or more.
+    triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,) RGBA8,
+    least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky (1,):
+    radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment says
+    so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, transmissive, specular: rays may hit
+    textures, narrow specular lobes, clear coats, sheen, thin films, glass, mirrors or clear glass; blended: or BLEND
+    surfaces, which are there in part; one_sided: cameras do not see the backs of some surfaces; lambertian: every
+    surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which
+    rays meet BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes); HALF: BLEND where alpha is
+    one half or more; WHOLE: wherever it shows at all.
     """
 
     opaque: Bvh
@@ -163,6 +167,7 @@ class SceneData:
     one_sided: bool
     lambertian: bool
     ignore_alpha: bool
+    blended: bool
     sheened: bool
     filmed: bool
     coverage: wp.uint32

@@ -19,18 +19,19 @@ ONE_LAMP = 2
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; glass: any
-    that transmits; panes: as Material.is_clear tells; textures; one_sided: backs that cameras do not see; backdrop:
-    a sky of triangles; gloss: lobes so narrow that they get rays of their own; environment: a picture of the light
-    around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells; specular: as `has_specular` tells;
-    frosted: glass that scatters what goes through, or is in part something else; coats: clear ones over other
-    surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
+    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; blend:
+    surfaces that are there in part; glass: any that transmits; panes: as Material.is_clear tells; textures; one_sided:
+    backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of their own;
+    environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells;
+    specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
+    coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
     films: thin ones, which have colours; constants: whether kernels are told by constants what none of these is
     (gpu.device_scene.specialisation), as those for GPUs are.
     """
 
     masks: bool = True
     alpha: bool = True
+    blend: bool = True
     glass: bool = True
     panes: bool = True
     textures: bool = True
@@ -57,6 +58,11 @@ class SceneFeatures:
     def caustics(self) -> bool:
         """Whether some surfaces send light of emitters on to others as no matt one would."""
         return self.specular or self.focus
+
+    @property
+    def see_through(self) -> bool:
+        """Whether cameras see past surfaces, of which they show something, too."""
+        return self.specular or self.blend
 
 
 EVERYTHING = SceneFeatures()
@@ -123,6 +129,11 @@ def has_specular(scene: Scene) -> bool:
     return any(is_specular(material) for material in scene.materials)
 
 
+def has_blend(scene: Scene) -> bool:
+    """Whether `scene` has surfaces that are there in part."""
+    return any(material.alpha_mode is AlphaMode.BLEND for material in scene.materials)
+
+
 def has_soft_light(scene: Scene) -> bool:
     """Whether `scene` has light that is sampled, not visited light by light, so that it is noisy and smoothed."""
     emits = any(material.emits for material in scene.materials)
@@ -147,6 +158,7 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
     return SceneFeatures(
         masks=masks or assume_alpha,
         alpha=(masks and not lambertian) or assume_alpha,
+        blend=not lambertian and has_blend(scene),
         glass=not lambertian and any(material.transmission > 0.0 for material in materials),
         panes=not lambertian and any(material.is_clear and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,

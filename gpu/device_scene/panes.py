@@ -8,15 +8,17 @@ by following it (gpu.lights.caustic_map). Rays of indirect light pass all panes.
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
-from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.data import HALF, NO_HIT, Hit, SceneData
 from gpu.device_scene.glass import glass_fresnel
 from gpu.device_scene.rays import (
     MAX_ALPHA_LAYERS,
     OFFSET_ULP,
-    connected,
+    any_hit,
     first_hit,
     first_surface,
+    in_front,
     segment_between,
+    unmasked,
 )
 from gpu.device_scene.sides import layer_sample
 from gpu.device_scene.surface import Surface, surface_at
@@ -72,19 +74,25 @@ def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: f
 
 @wp.func
 def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> wp.vec3:
-    """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind panes."""
-    if not connected(scene, p, p_normal, q, q_normal):
-        return wp.vec3(0.0, 0.0, 0.0)
-    if scene.pane_count > 0:
-        segment = segment_between(p, p_normal, q, q_normal)
-        return transmitted(scene, segment.origin, segment.direction, segment.length)
-    return wp.vec3(1.0, 1.0, 1.0)
+    """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind panes and BLEND."""
+    nothing = wp.vec3(0.0, 0.0, 0.0)
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return nothing
+    segment = segment_between(p, p_normal, q, q_normal)
+    if segment.length == 0.0:
+        return wp.vec3(1.0, 1.0, 1.0)
+    if scene.opaque_count > 0 and any_hit(scene.opaque, segment.origin, segment.direction, segment.length):
+        return nothing
+    left = unmasked(scene, segment.origin, segment.direction, segment.length)
+    if left == 0.0:
+        return nothing
+    return transmitted(scene, segment.origin, segment.direction, segment.length) * left
 
 
 @wp.func
 def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
     """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; where
-    that is 0, rays cross sheets that are mostly glass, dimmed by what that reflects, and meet the others.
+    that is HALF, rays cross sheets that are mostly glass, dimmed by what that reflects, and meet the others.
     """
     met = TintedHit()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
@@ -99,9 +107,9 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             start += pane.t
             surface = surface_at(scene, pane, direction)
             crosses = crossing_share(surface, direction)
-            if scene.coverage == wp.uint32(0) and is_mostly_glass(surface):
+            if scene.coverage == HALF and is_mostly_glass(surface):
                 met.tint = wp.cw_mul(met.tint, surface.albedo * (crosses / surface.glass))
-            elif scene.coverage == wp.uint32(0) or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
+            elif scene.coverage == HALF or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
                 met.hit = pane
                 met.hit.t = start
                 return met
@@ -131,7 +139,7 @@ def met_of(scene: SceneData, face: int, direction: wp.vec3, surface: Surface) ->
     """What rays along unit `direction` meet of a `surface` of triangle `face`: of a pane that is crossed by chance,
     what it is to those that do not cross it.
     """
-    if is_pane(scene, face) and (scene.coverage != wp.uint32(0) or is_mostly_glass(surface)):
+    if is_pane(scene, face) and (scene.coverage != HALF or is_mostly_glass(surface)):
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
         surface.crossed = surface.thin

@@ -5,7 +5,7 @@ import warp as wp
 from gpu.core.constants import RAY_LENGTH
 from gpu.device_scene.bvh import Bvh, intersect
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.sides import is_solid
+from gpu.device_scene.sides import is_solid, solid_share
 
 # A ray that starts on a triangle hits it at t = 0, so both ends move off their surfaces by this many units in the last
 # place of the position (Wächter and Binder, Ray Tracing Gems, ch. 6); unit space bounds the position by 1/2.
@@ -14,6 +14,8 @@ OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
 OFFSET_FLOOR = wp.constant(0.0625)
 # A ray that meets more masks than this ends: a loop has to.
 MAX_ALPHA_LAYERS = wp.constant(64)
+# Light that BLEND surfaces leave less of is none.
+LEAST_LEFT = wp.constant(1.0 / 1024.0)
 
 
 @wp.func
@@ -112,6 +114,23 @@ def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float
                 return True
             start += layer.t + OFFSET_ULP
     return False
+
+
+@wp.func
+def unmasked(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> float:
+    """The share of light that masked and BLEND surfaces leave on the open segment of length `max_t` from `origin`."""
+    left = float(1.0)
+    if scene.masked_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start, False)
+            if layer.face == NO_HIT:
+                return left
+            left *= 1.0 - solid_share(scene, scene.opaque_count + scene.pane_count + layer.face, layer.u, layer.v)
+            if left < LEAST_LEFT:
+                return 0.0
+            start += layer.t + OFFSET_ULP
+    return left
 
 
 @wp.func

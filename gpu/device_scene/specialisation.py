@@ -23,7 +23,7 @@ LOOK = ("masks", "alpha", "textures", "sheen", "films")
 # What kernels are told by constants alone. The compiler for CPUs follows these into few functions: kernels for scenes
 # without it are no faster there, and those for all scenes are compiled once.
 TOLD_BY_CONSTANTS = (
-    "masks", "alpha", "textures", "gloss", "glass", "panes", "one_sided", "backdrop", "environment"
+    "masks", "alpha", "blend", "textures", "gloss", "glass", "panes", "one_sided", "backdrop", "environment"
 )  # fmt: skip
 
 Rest = TypeVarTuple("Rest")
@@ -86,6 +86,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.masked_count = 0
         if wp.static(not features.alpha):
             scene.ignore_alpha = True
+        if wp.static(not features.blend):
+            scene.blended = False
         if wp.static(not features.textures):
             scene.textured = False
         if wp.static(not features.gloss):

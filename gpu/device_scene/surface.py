@@ -6,7 +6,7 @@ import warp as wp
 
 from gpu.device_scene.data import EMISSION, Hit, SceneData
 from gpu.device_scene.sheen import LEAST_ROUGHNESS, sheen_reflectance
-from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
+from gpu.device_scene.sides import emits_from_back, solid_share, triangle_normal
 from gpu.device_scene.textures import NO_MAP, sample_use, texels_at
 from gpu.device_scene.thin_film import film_reflectance, schlick_rise
 from gpu.scene.types import CLEAR_ROUGHNESS
@@ -128,14 +128,22 @@ def albedo_of(scene: SceneData, face: int, u: float, v: float, texel: wp.vec3) -
 
 @wp.func
 def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
-    """Radiance of a triangle's sides that emit [W/m²/sr]: factor × strength × texture; none where alpha cuts away."""
+    """Radiance of a triangle's sides that emit [W/m²/sr], to rays that meet it: factor × strength × texture; none where
+    alpha cuts away.
+    """
     emission = scene.materials[scene.triangle_material[face]].emission
     if emission == wp.vec3(0.0, 0.0, 0.0):
         return emission
-    if not is_solid(scene, face, u, v):
+    if solid_share(scene, face, u, v) == 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
     texture = sample_use(scene, EMISSION, face, u, v)
     return wp.cw_mul(emission, wp.vec3(texture[0], texture[1], texture[2]))
+
+
+@wp.func
+def emitted_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
+    """`emission_at` as a place that is chosen, not met, emits it: of BLEND the share that is there."""
+    return emission_at(scene, face, u, v) * solid_share(scene, face, u, v)
 
 
 @wp.func

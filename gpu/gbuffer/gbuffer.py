@@ -58,7 +58,7 @@ def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *,
     """One of so many pixels, for a scene of these `features`; traces_gloss: for gpu.indirect.glossy_reflection, too."""
     gbuffer: GBuffer = allocate(GBuffer, pixels, device, pauses=True)
     gbuffer.gloss = features.gloss
-    gbuffer.chains, gbuffer.traces_gloss = features.specular or traces_gloss, traces_gloss
+    gbuffer.chains, gbuffer.traces_gloss = features.see_through or traces_gloss, traces_gloss
     if not gbuffer.chains:
         gbuffer.apparent = gbuffer.position
     if not features.sheen:
@@ -116,7 +116,7 @@ class Lobes(Enum):
     FOLLOWED = "followed"
 
 
-@made_for(*LOOK, "one_sided", "backdrop", "specular", "glass", "panes", "environment", "frosted", "coats")
+@made_for(*LOOK, "one_sided", "backdrop", "specular", "blend", "glass", "panes", "environment", "frosted", "coats")
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, frosted, coats, fibrous, films = (

@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.rays import first_hit, seen_hit
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, camera_ray
@@ -33,11 +33,12 @@ def pick_kernel(
     faces: wp.array[int],
     ends: wp.array[wp.vec4],
 ) -> None:
-    """One thread: the first surface, clear glass too, along the ray through the point (x, y) in [0, 1]² of a picture,
-    from the top left. faces (1,): its triangle or NO_HIT; ends (1,): where that is and how far from the camera, in unit
-    space.
+    """One thread: the first surface, clear glass and veils too, along the ray through the point (x, y) in [0, 1]² of a
+    picture, from the top left. faces (1,): its triangle or NO_HIT; ends (1,): where that is and how far from the
+    camera, in unit space.
     """
     ray = camera_ray(camera, x, y)
+    scene.coverage = WHOLE
     hit = seen_hit(scene, ray.origin, ray.direction)
     if scene.pane_count > 0:
         pane = first_hit(scene.panes, ray.origin, ray.direction, hit.t, scene.one_sided)

@@ -2,7 +2,8 @@
 
 A camera ray that meets a perfect mirror or clear glass goes on to the first surface that is neither, where the shading
 point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both; at
-the first glass there may be two chains, one by each. Chains that are drawn may go on in specular lobes and frosted
+the first glass there may be two chains, one by each, and so there may at surfaces that are there in part
+(gpu.gbuffer.veils). Chains that are drawn may go on in specular lobes and frosted
 glass, too, by a direction of these.
 """
 
@@ -13,14 +14,15 @@ import warp as wp
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe, specular_share
-from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.panes import meet, meet_sheet, met_surface
-from gpu.device_scene.rays import offset_origin, seen_hit
+from gpu.device_scene.rays import OFFSET_ULP, offset_origin, seen_hit
 from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample_scattering
-from gpu.device_scene.sides import ray_coverage
+from gpu.device_scene.sides import ray_coverage, solid_share
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.gbuffer.camera_rays import CameraRay
+from gpu.gbuffer.veils import crossed_veil
 from gpu.lights.background import background
 from gpu.sampling.sobol import hashed, sobol_pair_at
 
@@ -51,9 +53,9 @@ class ChainSamples:
 
     frame_index (1,): the number of a frame among those that complement each other, whose chains are drawn; LIKELIER,
     below zero: they take the likelier branch, of which two frames alike show the same. seed: of what is drawn. splits:
-    where they are not drawn, the first glass shows both branches, each by its share: the likelier, and the other in a
-    chain of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and
-    through frosted glass, too.
+    where they are not drawn, the first glass or veil shows both branches, each by its share: the likelier, and the
+    other in a chain of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at
+    clear coats and through frosted glass, too.
     """
 
     frame_index: wp.array[int]
@@ -89,7 +91,7 @@ class ChainEnd:
 
 @wp.func
 def straight_end(scene: SceneData, ray: CameraRay) -> ChainEnd:
-    """The first surface along a camera's ray, in a scene without specular ones."""
+    """The first surface along a camera's ray, in a scene without specular ones and veils."""
     end = ChainEnd()
     hit = seen_hit(scene, ray.origin, ray.direction)
     end.face = hit.face
@@ -158,12 +160,13 @@ def onward(part: Surface, to_viewer: wp.vec3, rest: float, follows: bool, drawn:
 @wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
-    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. Drawn chains with lobes
+    """Where the camera's ray of `pixel` ends after any mirrors, clear glass and veils. Drawn chains with lobes
     end at a clear coat or at what is below, by chance; to others coats are nothing.
 
-    other: by the branch that the first glass leaves out, if samples split; nothing is seen there if there is none.
+    other: by the branch that the first glass or veil leaves out, if samples split; nothing is seen there if there is
+    none.
     """
-    if not scene.specular:
+    if not (scene.specular or scene.blended):
         return straight_end(scene, ray)
     place = morton_2d(pixel % image.width, pixel // image.width)
     end = ChainEnd()
@@ -175,6 +178,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     culls = scene.one_sided
     splits = samples.splits and samples.frame_index[0] < 0
     shows = bool(True)
+    scene.coverage = HALF
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.frame_index[0] >= 0:
             seed = int(hashed(wp.uint32(samples.seed))) ^ samples.frame_index[0]
@@ -183,7 +187,18 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             scene.pane_count = 0
             shows = False
         met = meet(scene, origin, direction, culls)
-        if other and splits:
+        veiled = bool(False)
+        if scene.blended and splits:
+            veil = crossed_veil(scene, origin, direction, met.hit.t, culls)
+            veiled = veil.hit.face != NO_HIT
+            if veiled and other:
+                met.hit = veil.hit
+                met.tint = wp.vec3(veil.share, veil.share, veil.share)
+            elif veiled:
+                met.tint = met.tint * (1.0 - veil.share)
+        if veiled:
+            splits = False
+        elif other and splits:
             met = meet_sheet(scene, origin, direction, culls, met)
         elif largest(wp.vec3(1.0, 1.0, 1.0) - met.tint) > 0.0:
             splits = False  # at a sheet, which was crossed
@@ -198,6 +213,14 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             return end
         end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
         end.length += met.hit.t
+        if scene.blended and splits:
+            share = solid_share(scene, met.hit.face, met.hit.u, met.hit.v)
+            if share < 1.0:
+                splits = False
+                end.throughput = end.throughput * wp.where(other, 1.0 - share, share)
+                if other:
+                    origin = origin + direction * (met.hit.t + OFFSET_ULP)
+                    continue
         surface = met_surface(scene, met.hit, direction)
         if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)

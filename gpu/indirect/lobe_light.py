@@ -12,7 +12,7 @@ from gpu.core.constants import PI
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import even_reflectance, largest, traced_share
-from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.panes import meet, met_surface
 from gpu.device_scene.rays import offset_origin
@@ -162,6 +162,7 @@ def sends_on(part: Surface) -> bool:
 @wp.func
 def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
     """What is seen along a ray, as VPLs tell it."""
+    scene.coverage = HALF
     seen = SeenLight()
     seen.distance = 1.0
     throughput = wp.vec3(1.0, 1.0, 1.0)

@@ -1,5 +1,5 @@
-"""What glass shows besides the branch that the G-buffer follows: both are seen at the first glass of a pixel's way (the
-2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs know.
+"""What glass and veils show besides the branch that the G-buffer follows: both are seen at the first of a pixel's way
+(the 2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs know.
 """
 
 import warp as wp
@@ -18,7 +18,7 @@ from gpu.indirect.lobe_light import KnownLight
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 
-@made_for(*LOOK, "one_sided", "glass", "panes", "backdrop", "environment")
+@made_for(*LOOK, "one_sided", "blend", "glass", "panes", "backdrop", "environment")
 def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
@@ -36,14 +36,16 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
     ) -> None:
         """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras: one element."""
         pixel = first + wp.tid()
-        # Glass takes something of the light, if only what it reflects.
+        # Glass takes something of the light, if only what it reflects, and so do veils.
         if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
             return
         scene = specialise(scene)
-        if not scene.specular:  # a coat takes something, too
+        if not (scene.specular or scene.blended):  # a coat takes something, too
             return
         end = seen_end(scene, pixel_ray(cameras[0], pixel, image), pixel, image, samples, True)
-        light = end.emitted
+        light = wp.vec3(0.0, 0.0, 0.0)
+        if known.direct:
+            light = end.emitted
         if end.face != NO_HIT and known.indirect:
             surface = end.surface
             arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)

@@ -11,7 +11,7 @@ from gpu.core.device import duplicate, launch, layout_of, struct_array
 from gpu.device_scene.data import EnvironmentData, SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.sides import emits_from_back
-from gpu.device_scene.surface import emission_at
+from gpu.device_scene.surface import emitted_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.lights.sun_map import no_sun_maps
@@ -34,7 +34,7 @@ def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], sa
     for k in range(samples):
         # A lattice of rank one; the texture's mean over the triangle is all that is wanted.
         uv = triangle_barycentrics((float(k) + 0.5) / float(samples), (float(k) * 0.618034) % 1.0)
-        emission = emission_at(scene, face, uv[0], uv[1])
+        emission = emitted_at(scene, face, uv[0], uv[1])
         total += (emission[0] + emission[1] + emission[2]) / 3.0
     factor = scene.materials[scene.triangle_material[face]].emission
     # A floor, so that no point that emits is left without a chance to be chosen.

@@ -6,7 +6,7 @@ from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.environment import sample_environment
 from gpu.device_scene.sides import emits_from_back, triangle_normal
-from gpu.device_scene.surface import emission_at
+from gpu.device_scene.surface import emitted_at
 from gpu.lights.light_table import (
     DIRECTIONAL,
     FAR,
@@ -80,7 +80,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
             particle.normal = wp.where(turn < 0.5, particle.normal, -particle.normal)
             turn = wp.where(turn < 0.5, 2.0 * turn, 2.0 * turn - 1.0)
         particle.direction = cosine_direction(particle.normal, turn, outgoing.y)
-        particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
+        particle.flux = emitted_at(scene, face, uv[0], uv[1]) * power
         return particle
     if not is_light(table, choice.index):
         particle.light = scene.materials.shape[0]

@@ -17,6 +17,7 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.scattering import focus_of
+from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
@@ -111,6 +112,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
         # As of gpu.device_scene.bsdf.spread_reflectance.
         focused = float(1.0)
         for bounce in range(begin, bounces):
+            scene.coverage = ray_coverage(path, bounce, seed)  # by which `unscattered` came here
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return

@@ -7,7 +7,7 @@ from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.environment import environment_density, sample_environment
 from gpu.device_scene.rays import backdrop_hit
 from gpu.device_scene.sides import emitting_normal
-from gpu.device_scene.surface import emission_at
+from gpu.device_scene.surface import emission_at, emitted_at
 from gpu.lights.light_table import (
     DIRECTIONAL,
     FAR,
@@ -163,7 +163,7 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
         density = triangle_density(table, choice.index, choice.probability, solid_angle, sample.normal, to_light)
         if density > 0.0:
             sample.solid_angle = 1.0 / density
-            sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
+            sample.irradiance = emitted_at(scene, face, uv[0], uv[1]) * sample.solid_angle
         return sample
     if scene.has_environment:
         drawn = sample_environment(scene.environment, place_in_sky(place, pick))

@@ -81,7 +81,7 @@ class RenderMethod(ABC, Generic[View]):
     @classmethod
     def bytes_a_pixel(cls, has: SceneFeatures) -> tuple[int, int]:
         """Device memory [bytes] for each pixel of a size, and of each viewer, in scenes of these features."""
-        chains = has.specular or (has.lobes and cls.gloss_pixel_bytes > 0)
+        chains = has.see_through or (has.lobes and cls.gloss_pixel_bytes > 0)
         shared = cls.pixel_bytes + cls.specular_pixel_bytes * chains + cls.gloss_pixel_bytes * has.lobes
         shared += cls.lamps_pixel_bytes * has.lamps + cls.caustic_pixel_bytes * has.caustics
         view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.lobes

@@ -169,10 +169,9 @@ class Passes:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._settings = setup.settings
-        # The other branch brings direct light, too.
+        self._splits = frame.traces_lobes and frame.features.see_through
+        # Lobes that a chain goes on in bring direct light, too.
         whole = self._settings.component is Component.FULL
-        self._splits = whole and frame.traces_lobes and frame.features.specular
-        # So do lobes that a chain goes on in.
         by_photons = self._settings.method is Method.PHOTON_GATHER and frame.features.lobes
         self._draws_lobes = whole and (frame.gloss is not None or by_photons)
         frame.chain_samples.splits, frame.chain_samples.seed = self._splits, self._settings.seed

@@ -7,7 +7,6 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
-from gpu.scene.blending import blending_notes
 from gpu.scene.boxes import box
 from gpu.scene.bulk import Bulk, bulk_of
 from gpu.scene.covered_lights import covered_lights
@@ -166,7 +165,6 @@ def _in_world(parts: Sequence[MeshPart], found: SceneParts, options: ImportOptio
         *found.notes,
         *guesses,
         *sky_notes(materials),
-        *blending_notes(materials[number] for number in np.unique(material).tolist()),
         *_far_away(too_far, bulk.distances * frame.metres_per_unit),
         *file_precision(positions, bulk, frame.metres_per_unit),
     ]

@@ -17,7 +17,7 @@ def emitted_power(scene: Scene) -> Doubles:
     """Power [W] (material, 3) that the surfaces of each material emit, in world units.
 
     A Lambertian emitter of radiance L and area A has the power π·A·L on each side that emits. What alpha cuts away
-    emits nothing.
+    emits nothing, and of BLEND the share that is there.
     """
     power = np.zeros((len(scene.materials), 3))
     if not any(material.emits for material in scene.materials):
@@ -48,7 +48,8 @@ def _mean_emission(scene: Scene, material: Material, triangles: Integers, areas:
         alpha = material.base_color[3] * _sampled(scene, material.base_color_slot, corners, shares)[:, 3]
         if scene.colors is not None:
             alpha = alpha * _interpolated(scene.colors, corners, shares)[:, 3]
-        emission = np.where((alpha >= material.solid_alpha)[:, None], emission, 0.0)
+        blend = material.alpha_mode is AlphaMode.BLEND
+        emission = emission * (alpha if blend else alpha >= material.solid_alpha)[:, None]
     return np.asarray(emission.mean(axis=0))
 
 

@@ -33,9 +33,7 @@ class Wrap(IntEnum):
 
 
 class AlphaMode(IntEnum):
-    """How a material's alpha is read; BLEND is coverage to path tracing, and MASK at one half to all other methods, as
-    their light paths need a yes or no.
-    """
+    """How a material's alpha is read; BLEND is coverage: the share of a surface that is there."""
 
     OPAQUE = 0
     MASK = 1

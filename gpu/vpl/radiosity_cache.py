@@ -26,7 +26,7 @@ from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
 from gpu.device_scene.bsdf import largest
-from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.disk_coverage import surface_beside
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.sides import triangle_normal
@@ -197,6 +197,7 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
     disk = lit.radius[vpl]
     if disk <= 0.0:
         return
+    scene.coverage = WHOLE
     turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
     height = lit.chosen.plane_share * disk
     hit = surface_beside(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height)
@@ -213,14 +214,18 @@ def is_narrow(lit: RadiosityCache, vpl: int) -> bool:
 
 
 @wp.kernel
-def covered_radiosity_kernel(first: int, covered: wp.array[int], lit: RadiosityCache) -> None:
-    """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
+def covered_radiosity_kernel(first: int, covered: wp.array[int], share: wp.array[float], lit: RadiosityCache) -> None:
+    """One thread a VPL: its radiosity is that of the part of its disk that is surface; share (vpl,), or empty: of that,
+    what is there.
+    """
     vpl = first + wp.tid()
     number = int(0)
     for place in range(PLACES):
         number += covered[vpl * PLACES + place]
     lit.covered[vpl] = number
     lit.radiosity[vpl] = lit.radiosity[vpl] * float(PLACES) / float(wp.max(number, lit.chosen.least_covered))
+    if share.shape[0] > 0:
+        lit.radiosity[vpl] = lit.radiosity[vpl] / share[vpl]
 
 
 @wp.func
@@ -248,7 +253,8 @@ class RadiosityBuilder:
     """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
     stay, for whatever these members are at the time.
 
-    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None.
+    lobes: the scene's features where rays of specular lobes, or what is seen through, read the cache
+    (gpu.vpl.radiosity_mean), else None.
     """
 
     def __init__(
@@ -277,6 +283,7 @@ class RadiosityBuilder:
             self.cache.reflectance = wp.zeros(count, dtype=wp.vec3, device=device)
         self.cache.covered = wp.zeros(count, dtype=int, device=device)
         self._covered = wp.zeros(int(PLACES) * count, dtype=int, device=device)
+        self._share = wp.zeros(count if lobes and lobes.blend else 0, dtype=float, device=device)
         self._cells = RadiosityCells(self.cache, device, usual)
 
     def run(self, scene: SceneData) -> None:
@@ -289,17 +296,17 @@ class RadiosityBuilder:
         launch(neighbour_spacing_kernel, lanes * clusters.count, inputs, device)
         self._grid.build()
         if self._lobes:
-            find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
+            find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance, self._share)
         launch(radiosity_kernel, count, [vpls, clusters, lit], device)
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
-        launch(covered_radiosity_kernel, count, [covered, lit], device)
+        launch(covered_radiosity_kernel, count, [covered, self._share, lit], device)
         self._cells.sort()
 
     def relight(self) -> None:
         """Estimate it again, where nothing but the members' flux has changed."""
         lit, count = self.cache, len(self.cache.radius)
         launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
-        launch(covered_radiosity_kernel, count, [self._covered, lit], self.device)
+        launch(covered_radiosity_kernel, count, [self._covered, self._share, lit], self.device)
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,

@@ -4,9 +4,10 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.device_scene.bsdf import even_reflectance, spread_reflectance
-from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
+from gpu.device_scene.sides import LEAST_SHARE, solid_share
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 
@@ -17,22 +18,27 @@ BELOW = wp.constant(1.0e-4)
 @wp.struct
 class VplReflectance:
     """What the surface at a VPL reflects of even light, without its glass; spread: without what caustics have of light
-    from emitters.
+    from emitters; share: of the surface that is there.
     """
 
     even: wp.vec3
     spread: wp.vec3
+    share: float
 
 
 @wp.func
 def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplReflectance:
     """That at a VPL; zero where there is no surface."""
     found = VplReflectance()
+    found.share = 1.0
+    scene.coverage = WHOLE
     hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
     if hit.face != NO_HIT:
         surface = surface_at(scene, hit, -normal)
         found.even = even_reflectance(surface, normal) * (1.0 - surface.glass)
         found.spread = spread_reflectance(surface, normal, 1.0) * (1.0 - surface.glass)
+        if scene.blended:
+            found.share = wp.max(solid_share(scene, hit.face, hit.u, hit.v), LEAST_SHARE)
     return found
 
 
@@ -48,20 +54,26 @@ def vpl_reflectance_kernel(features: SceneFeatures) -> wp.Kernel:
         position: wp.array[wp.vec3],
         normal: wp.array[wp.vec3],
         reflectance: wp.array[wp.vec3],
+        share: wp.array[float],
     ) -> None:
-        """One thread a VPL at `position` with `normal`: what its surface reflects; all (vpl,)."""
+        """One thread a VPL at `position` with `normal`: what its surface reflects, and the share of it that is there,
+        if anybody asks; all (vpl,).
+        """
         vpl = first + wp.tid()
         scene = specialise(scene)
-        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl]).even
+        found = reflectance_at(scene, position[vpl], normal[vpl])
+        reflectance[vpl] = found.even
+        if share.shape[0] > 0:
+            share[vpl] = found.share
 
     return vpl_reflectance_kernel
 
 
 def find_reflectance(scene: SceneData, features: SceneFeatures, position: wp.array, normal: wp.array,
-                     reflectance: wp.array) -> None:  # fmt: skip
+                     reflectance: wp.array, share: wp.array) -> None:  # fmt: skip
     """Write what surfaces of `scene` reflect of even light at points with a `normal` into `reflectance`; (vpl,) each.
 
-    Zero where there is no surface.
+    Zero where there is no surface. share (vpl,), or empty: the share of the surface that is there.
     """
-    inputs = [scene, position, normal, reflectance]
+    inputs = [scene, position, normal, reflectance, share]
     launch(vpl_reflectance_kernel(features), len(position), inputs, position.device)

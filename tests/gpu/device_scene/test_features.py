@@ -19,13 +19,14 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(clearcoat=0.5),
         Material(sheen_color=(0.0, 0.5, 0.0)),
         Material(iridescence=0.5),
+        Material(alpha_mode=AlphaMode.BLEND),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats", "focus",
-              "sheen", "films")  # fmt: skip
+    hidden = ("environment", "alpha", "blend", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats",
+              "focus", "sheen", "films")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment

@@ -9,7 +9,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.panes import meet, met_surface, transmittance
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import hashed
-from gpu.scene.types import Material
+from gpu.scene.types import AlphaMode, Material
 
 COUNT = 1 << 14
 SLANTED = np.array([0.0, 0.6, -0.8])
@@ -66,6 +66,20 @@ def test_panes_dim_and_tint_what_passes(count: int, back: bool) -> None:
     found = results(between_kernel, 1, [device_scene.data, *ends], wp.vec3)[0]
     expected = (np.array(COLOUR) * through(abs(way[2]) / np.linalg.norm(way))) ** count
     assert np.allclose(found, expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("mode", "left"), [(AlphaMode.BLEND, 0.7 * 0.7), (AlphaMode.MASK, 1.0)])
+def test_blended_surfaces_dim_what_passes_by_what_is_there(mode: AlphaMode, left: float) -> None:
+    """Two of them, before a pane."""
+    veils = [quad([-2.0, -2.0, z], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 2) for z in (0.2, 0.3)]
+    pane = quad([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 0)
+    veil = Material(base_color=(1.0, 1.0, 1.0, 0.3), alpha_mode=mode)
+    device_scene = resident_of([pane, *veils, WALL], [PANE, grey(0.5), veil])
+    ends = [unit(device_scene, [0.0, 0.0, 0.8]), unit(device_scene, [0.0, 0.0, -0.5])]
+    found = results(between_kernel, 1, [device_scene.data, *ends], wp.vec3)[0]
+    assert np.allclose(found, left * np.array(COLOUR) * through(1.0), rtol=1e-4)
+    behind = [ends[0], unit(device_scene, [0.0, 0.0, -1.5])]
+    assert not results(between_kernel, 1, [device_scene.data, *behind], wp.vec3).any()
 
 
 def test_lambertian_views_take_panes_for_solid() -> None:

@@ -5,24 +5,24 @@ import pytest
 import warp as wp
 from scenes import column, grey, quad, resident_of, results
 
-from gpu.device_scene.data import SceneData
+from gpu.device_scene.data import HALF, WHOLE, SceneData
 from gpu.device_scene.rays import closest_hit, seen_hit
-from gpu.device_scene.sides import emits_from_back, emitting_normal, is_solid, triangle_normal
-from gpu.device_scene.surface import emission_at
+from gpu.device_scene.sides import emits_from_back, emitting_normal, is_solid, solid_share, triangle_normal
+from gpu.device_scene.surface import emission_at, emitted_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import hashed
 from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
-HALF = np.full((8, 8, 4), 255, np.uint8)
-HALF[:, :4, 3] = 60
+CUT = np.full((8, 8, 4), 255, np.uint8)
+CUT[:, :4, 3] = 60
 PLACES = np.array([[0.8, 0.1], [0.1, 0.1], [0.1, 0.8]])  # of triangle 0, the first in the half that is cut away
 SQUARE = quad([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
 
 
 @wp.kernel
 def solid_kernel(first: int, scene: SceneData, places: wp.array[wp.vec2], out: wp.array[wp.vec2]) -> None:
-    """Whether there is something at places of triangle 0, and what it emits."""
+    """Whether there is something at places of triangle 0, and what it emits there to rays that meet it."""
     index = first + wp.tid()
     u = places[index][0]
     v = places[index][1]
@@ -55,12 +55,11 @@ def met_kernel(first: int, scene: SceneData, heights: wp.array[float], out: wp.a
 
 def masked(mode: AlphaMode, **rest: object) -> DeviceScene:
     material = Material(emission=(3.0, 3.0, 3.0), alpha_mode=mode, base_color_slot=TextureSlot(0), **rest)
-    return resident_of([SQUARE], [material], textures=[Texture("half", HALF, srgb=True, nearest=True)])
+    return resident_of([SQUARE], [material], textures=[Texture("half", CUT, srgb=True, nearest=True)])
 
 
-@pytest.mark.parametrize("mode", [AlphaMode.MASK, AlphaMode.BLEND])
-def test_what_alpha_cuts_away_is_not_there_and_emits_nothing(mode: AlphaMode) -> None:
-    device_scene = masked(mode)
+def test_what_alpha_cuts_away_is_not_there_and_emits_nothing() -> None:
+    device_scene = masked(AlphaMode.MASK)
     found = results(solid_kernel, 3, [device_scene.data, column(PLACES, wp.vec2)], wp.vec2)
     assert found.tolist() == [[0.0, 0.0], [1.0, 3.0], [1.0, 3.0]]
     ignored = device_scene.view(lambertian=True)
@@ -108,6 +107,40 @@ def test_two_skins_in_one_place_each_show_to_their_side(sides: bool | None) -> N
     device_scene = resident_of([SQUARE, back], [*materials, grey(0.5)])
     found = results(met_kernel, 2, [device_scene.data, column([0.5, -0.5], float)], wp.vec2)
     assert (found // 2).tolist() == [[0.0, 0.0], [1.0, 1.0]]
+
+
+@wp.kernel
+def share_kernel(first: int, scene: SceneData, out: wp.array[wp.vec4]) -> None:
+    """Of a place of triangle 0: the share that is there, whether rays meet it that take one half for all, and those
+    that take any of it for all; what it emits where it is chosen.
+    """
+    share = solid_share(scene, 0, 0.1, 0.1)
+    emitted = emitted_at(scene, 0, 0.1, 0.1)[0]
+    scene.coverage = HALF
+    by_half = float(int(is_solid(scene, 0, 0.1, 0.1)))
+    scene.coverage = WHOLE
+    out[first + wp.tid()] = wp.vec4(share, by_half, float(int(is_solid(scene, 0, 0.1, 0.1))), emitted)
+
+
+@pytest.mark.parametrize(
+    ("mode", "alpha", "expected"),
+    [
+        (AlphaMode.BLEND, 0.3, [0.3, 0.0, 1.0, 0.9]),
+        (AlphaMode.BLEND, 0.7, [0.7, 1.0, 1.0, 2.1]),
+        (AlphaMode.BLEND, 0.0, [0.0, 0.0, 0.0, 0.0]),
+        (AlphaMode.MASK, 0.3, [0.0, 0.0, 0.0, 0.0]),
+        (AlphaMode.MASK, 0.7, [1.0, 1.0, 1.0, 3.0]),
+        (AlphaMode.OPAQUE, 0.3, [1.0, 1.0, 1.0, 3.0]),
+    ],
+)
+def test_of_blended_surfaces_a_share_of_alpha_is_there_and_emits(
+    mode: AlphaMode, alpha: float, expected: list[float]
+) -> None:
+    material = Material(base_color=(1.0, 1.0, 1.0, alpha), emission=(3.0, 3.0, 3.0), alpha_mode=mode)
+    found = results(share_kernel, 1, [resident_of([SQUARE], [material]).data], wp.vec4)[0]
+    assert found == pytest.approx(expected, abs=1e-6)
+    lambertian = resident_of([SQUARE], [material]).view(lambertian=True)
+    assert results(share_kernel, 1, [lambertian], wp.vec4)[0] == pytest.approx([1.0, 1.0, 1.0, 3.0])
 
 
 @wp.kernel

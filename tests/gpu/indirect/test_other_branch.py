@@ -1,4 +1,6 @@
-"""What glass shows by both of its branches: in an evenly lit room, as much as there is."""
+"""What glass and veils show by both of their branches: in an evenly lit room, as much as there is."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.indirect.lobe_light import known_light
 from gpu.indirect.other_branch import add_other_branch
 from gpu.scene.camera import look_at
-from gpu.scene.types import Doubles, Material
+from gpu.scene.types import AlphaMode, Doubles, Material
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 SIZE = (24, 16)
@@ -16,7 +18,7 @@ CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
 
 
 def seen(material: Material) -> tuple[Doubles, Doubles]:
-    """Of a plate of glass in a room whose walls emit 1/π and reflect half: the throughput of the likelier branch, and
+    """Of a plate in a room whose walls emit 1/π and reflect half: the throughput of the likelier branch, and
     what the other adds to it, in parts of the light there is; (pixel,) each.
     """
     thickness = material.thickness
@@ -44,6 +46,16 @@ def test_both_branches_show_all_the_light(thickness: float) -> None:
     assert 0.01 < other.mean() < 0.2
     assert np.ptp(likelier) > 0.01
     assert (likelier + other).mean() == pytest.approx(1.0, abs=0.01)
+    assert likelier + other == pytest.approx(np.ones(SIZE[0] * SIZE[1]), abs=0.2)
+
+
+@pytest.mark.parametrize("alpha", [0.2, 0.7])
+def test_both_branches_show_all_the_light_at_a_veil(alpha: float) -> None:
+    """Such as reflects half and emits as the walls do."""
+    veil = replace(grey(0.5, emission=1.0 / np.pi), base_color=(0.5, 0.5, 0.5, alpha), alpha_mode=AlphaMode.BLEND)
+    likelier, other = seen(replace(veil, double_sided=True))
+    assert likelier == pytest.approx(np.full(SIZE[0] * SIZE[1], max(alpha, 1.0 - alpha)))
+    assert other.mean() == pytest.approx(min(alpha, 1.0 - alpha), rel=0.03)
     assert likelier + other == pytest.approx(np.ones(SIZE[0] * SIZE[1]), abs=0.2)
 
 

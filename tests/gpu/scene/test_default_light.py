@@ -76,7 +76,7 @@ def test_clear_glass_lets_the_sky_in(glass: Material, lit: bool) -> None:
     "lamp",
     [
         replace(grey(0.0, 3.0), unlit=True),
-        replace(grey(0.0, 3.0), alpha_mode=AlphaMode.BLEND, base_color=(1.0, 1.0, 1.0, 0.1)),
+        replace(grey(0.0, 3.0), alpha_mode=AlphaMode.BLEND, base_color=(1.0, 1.0, 1.0, 0.0)),
         replace(grey(0.0, 3.0), alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0)),
     ],
 )

@@ -38,7 +38,7 @@ def scene_of(uvs: Doubles = UV, colors: Doubles | None = None, **material: Any) 
         ({"base_color_slot": TextureSlot(0), "alpha_mode": AlphaMode.MASK}, 0.75),
         ({"base_color_slot": TextureSlot(0), "alpha_mode": AlphaMode.BLEND, "double_sided": True}, 1.5),
         ({"base_color_slot": TextureSlot(0), "emission_slot": TextureSlot(0), "alpha_mode": AlphaMode.MASK}, 0.25),
-        ({"base_color": (1.0, 1.0, 1.0, 0.4), "alpha_mode": AlphaMode.BLEND}, 0.0),
+        ({"base_color": (1.0, 1.0, 1.0, 0.4), "alpha_mode": AlphaMode.BLEND}, 0.4),
         ({"base_color": (1.0, 1.0, 1.0, 0.4), "alpha_mode": AlphaMode.MASK, "alpha_cutoff": 0.3}, 1.0),
     ],
 )

@@ -228,10 +228,18 @@ def test_points_of_a_wall_at_the_end_of_unit_space_are_in_one_cell_whatever_roun
             assert around(by_hand(wall, size), point, np.array([[0.0, 1.0, 0.0]]))[0] == 0
 
 
+def test_of_a_surface_that_is_there_in_part_the_radiosity_is_that_of_what_is_there() -> None:
+    lit = by_hand(np.zeros((2, 3)), 0.1)
+    covered, share = column(np.ones(16), wp.int32), column([1.0, 0.25], float)
+    launch(covered_radiosity_kernel, 2, [covered, share, lit], wp.get_device("cpu"))
+    assert lit.radiosity.numpy()[:, 0] == pytest.approx([1.0, 4.0])
+
+
 def test_less_than_three_of_eight_places_that_are_surface_are_not_believed() -> None:
     covered = np.tri(9, 8, -1, dtype=np.int32)
     lit = by_hand(np.zeros((9, 3)), 0.1)
-    launch(covered_radiosity_kernel, 9, [column(covered.ravel(), wp.int32), lit], wp.get_device("cpu"))
+    inputs = [column(covered.ravel(), wp.int32), wp.zeros(0, float, device="cpu"), lit]
+    launch(covered_radiosity_kernel, 9, inputs, wp.get_device("cpu"))
     expected = [8.0 / max(number, 3) for number in range(9)]
     assert lit.radiosity.numpy()[:, 0] == pytest.approx(expected)
     assert lit.covered.numpy().tolist() == list(range(9))
