@@ -55,7 +55,7 @@ def test_both_branches_show_all_the_light_at_a_veil(alpha: float) -> None:
     veil = replace(grey(0.5, emission=1.0 / np.pi), base_color=(0.5, 0.5, 0.5, alpha), alpha_mode=AlphaMode.BLEND)
     likelier, other = seen(replace(veil, double_sided=True))
     assert likelier == pytest.approx(np.full(SIZE[0] * SIZE[1], max(alpha, 1.0 - alpha)))
-    assert other.mean() == pytest.approx(min(alpha, 1.0 - alpha), rel=0.03)
+    assert other.mean() == pytest.approx(min(alpha, 1.0 - alpha), rel=0.06)
     assert likelier + other == pytest.approx(np.ones(SIZE[0] * SIZE[1]), abs=0.2)
 
 
