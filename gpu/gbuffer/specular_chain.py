@@ -191,7 +191,9 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         if scene.blended and splits:
             veil = crossed_veil(scene, origin, direction, met.hit.t, culls)
             veiled = veil.hit.face != NO_HIT
-            if veiled and other:
+            # Before nothing but the sky, a faint veil is what there is to be shaded.
+            alone = met.hit.face == NO_HIT
+            if veiled and alone != other:
                 met.hit = veil.hit
                 met.tint = wp.vec3(veil.share, veil.share, veil.share)
             elif veiled:

@@ -12,7 +12,7 @@ from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.scene_parts import MeshPart
-from gpu.scene.types import AlphaMode, Doubles, Material
+from gpu.scene.types import AlphaMode, Doubles, Material, Sky
 
 SIZE = (8, 6)
 CAMERA = look_at((0.0, 0.1, 1.5), (0.0, 0.0, 0.0), yfov_degrees=20.0)
@@ -82,6 +82,14 @@ def test_veils_are_seen_in_mirrors() -> None:
     assert np.allclose(found["albedo"], 0.6)
     # Its first veil is the one on the way to the mirror.
     assert np.allclose(found["throughput"], 0.8 * direct["throughput"])
+
+
+def test_before_nothing_but_the_sky_a_faint_veil_is_what_is_shaded() -> None:
+    device_scene = resident_of([sheet(0.0, 0)], [veil(0.2)], sky=Sky((2.0, 2.0, 2.0)))
+    found = seen(device_scene)
+    assert np.allclose(found["albedo"], 0.3)
+    assert np.allclose(found["throughput"], 0.2)
+    assert np.allclose(found["emitted"], 0.0)  # the other branch has the sky
 
 
 def test_what_a_veil_emits_counts_by_its_share() -> None:

@@ -10,7 +10,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.indirect.lobe_light import known_light
 from gpu.indirect.other_branch import add_other_branch
 from gpu.scene.camera import look_at
-from gpu.scene.types import AlphaMode, Doubles, Material
+from gpu.scene.types import AlphaMode, Doubles, Material, Sky
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 SIZE = (24, 16)
@@ -57,6 +57,20 @@ def test_both_branches_show_all_the_light_at_a_veil(alpha: float) -> None:
     assert likelier == pytest.approx(np.full(SIZE[0] * SIZE[1], max(alpha, 1.0 - alpha)))
     assert other.mean() == pytest.approx(min(alpha, 1.0 - alpha), rel=0.06)
     assert likelier + other == pytest.approx(np.ones(SIZE[0] * SIZE[1]), abs=0.2)
+
+
+def test_the_other_branch_of_a_faint_veil_before_the_sky_is_the_sky() -> None:
+    veil = Material(base_color=(0.5, 0.5, 0.5, 0.2), alpha_mode=AlphaMode.BLEND)
+    sheet = quad([-2.0, -2.0, -0.3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0])
+    view = FrameView(resident_of([sheet], [veil], sky=Sky((2.0, 2.0, 2.0))), SIZE, lambertian=False, traces_lobes=True)
+    view.chain_samples.splits = True
+    view.set_camera(CAMERA)
+    view.find_shading_points()
+    known = known_light(LightSets(view.device_scene).table, None, direct=True)
+    seen_by = view.frame.scene, view.camera, SIZE, view.frame.chain_samples, view.gbuffer, known, view.radiance
+    add_other_branch(*seen_by, view.frame.features)
+    up = -view.gbuffer.to_camera.numpy()[:, 1:2]
+    assert np.allclose(view.radiance.numpy(), 0.8 * (1.0 + up), atol=1e-5)
 
 
 def test_where_there_is_no_glass_a_coat_has_no_other_branch() -> None:
