@@ -235,14 +235,14 @@ def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: DeviceScene
 
 def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: DeviceScene) -> None:
     def change(*, kept: bool) -> tuple[float, float, int]:
-        """Interpolated frames half a pixel apart, the mean of the last one, and how many rays found light in it."""
+        """The last frames, interpolated, half a pixel apart, the mean of the last one, and its rays that found light."""
         pictures, renderer = walk(room, 20, skip=Skips(temporal_reuse=kept))
         found = renderer.render(pose(20), walks=True).stats.counts["near"]
-        return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean()), found
+        return float(np.abs(np.diff(pictures[-8:], axis=0)).mean()), float(pictures[-1].mean()), found
 
     (kept, energy, rays), (usual, mean, all_rays) = change(kept=True), change(kept=False)
     assert 0.25 * all_rays < rays < 0.5 * all_rays
-    assert kept < 0.8 * usual
+    assert kept < 0.9 * usual
     assert energy == pytest.approx(mean, rel=0.02)
 
 
