@@ -235,7 +235,7 @@ def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: DeviceScene
 
 def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: DeviceScene) -> None:
     def change(*, kept: bool) -> tuple[float, float, int]:
-        """The last frames, interpolated, half a pixel apart, the mean of the last one, and its rays that found light."""
+        """How the last frames, half a pixel apart, differ; the mean of the last one, and its rays that found light."""
         pictures, renderer = walk(room, 20, skip=Skips(temporal_reuse=kept))
         found = renderer.render(pose(20), walks=True).stats.counts["near"]
         return float(np.abs(np.diff(pictures[-8:], axis=0)).mean()), float(pictures[-1].mean()), found
