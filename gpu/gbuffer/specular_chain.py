@@ -22,7 +22,7 @@ from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample
 from gpu.device_scene.sides import ray_coverage, solid_share
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.gbuffer.camera_rays import CameraRay
-from gpu.gbuffer.veils import crossed_veil
+from gpu.gbuffer.veils import past_veil
 from gpu.lights.background import background
 from gpu.sampling.sobol import hashed, sobol_pair_at
 
@@ -189,15 +189,9 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         met = meet(scene, origin, direction, culls)
         veiled = bool(False)
         if scene.blended and splits:
-            veil = crossed_veil(scene, origin, direction, met.hit.t, culls)
-            veiled = veil.hit.face != NO_HIT
-            # Before nothing but the sky, a faint veil is what there is to be shaded.
-            alone = met.hit.face == NO_HIT
-            if veiled and alone != other:
-                met.hit = veil.hit
-                met.tint = wp.vec3(veil.share, veil.share, veil.share)
-            elif veiled:
-                met.tint = met.tint * (1.0 - veil.share)
+            past = past_veil(scene, origin, direction, met, culls, other)
+            met = past.met
+            veiled = past.veiled
         if veiled:
             splits = False
         elif other and splits:

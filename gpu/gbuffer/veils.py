@@ -6,34 +6,43 @@ both are shown, each by its share; further ones are met whole or not at all, so 
 
 import warp as wp
 
-from gpu.device_scene.data import NO_HIT, WHOLE, Hit, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
+from gpu.device_scene.panes import TintedHit
 from gpu.device_scene.rays import first_hit, first_surface
 from gpu.device_scene.sides import solid_share
 
 
 @wp.struct
-class Veil:
-    """Where a ray crosses a veil, and the share of it that is there; hit.face is NO_HIT where there is none."""
+class VeiledHit:
+    """What a branch shows: where it ends, and whether that is by way of a veil, which takes part of the light."""
 
-    hit: Hit
-    share: float
+    met: TintedHit
+    veiled: bool
 
 
 @wp.func
-def crossed_veil(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float, cull_backs: bool) -> Veil:
-    """The first veil before `max_t`, where a ray that crosses veils meets something, if no pane is before it.
+def past_veil(scene: SceneData, origin: wp.vec3, direction: wp.vec3, met: TintedHit, cull_backs: bool,
+              other: bool) -> VeiledHit:  # fmt: skip
+    """What a ray that crosses veils shows, if there is one before what it `met` and no pane is before that: what is
+    behind, or the veil where that is but the sky, for there is nothing else to be shaded; the `other` branch has the
+    rest.
 
     cull_backs: surfaces are not seen from behind where they can be culled.
     """
     scene.coverage = WHOLE
-    veil = Veil()
-    veil.hit = first_surface(scene, origin, direction, max_t, cull_backs)
-    if veil.hit.face != NO_HIT and scene.pane_count > 0:
-        pane = first_hit(scene.panes, origin, direction, veil.hit.t, cull_backs)
+    shown = VeiledHit()
+    shown.met = met
+    veil = first_surface(scene, origin, direction, met.hit.t, cull_backs)
+    if veil.face != NO_HIT and scene.pane_count > 0:
+        pane = first_hit(scene.panes, origin, direction, veil.t, cull_backs)
         if pane.face != NO_HIT:
-            veil.hit.face = NO_HIT
-    if veil.hit.face != NO_HIT:
-        veil.share = solid_share(scene, veil.hit.face, veil.hit.u, veil.hit.v)
-        if veil.share >= 0.5:
-            veil.hit.face = NO_HIT  # what the ray meets, after all, by rounding
-    return veil
+            veil.face = NO_HIT
+    if veil.face != NO_HIT:
+        share = solid_share(scene, veil.face, veil.u, veil.v)
+        shown.veiled = share < 0.5  # else it is what the ray met, after all, by rounding
+        if shown.veiled and (met.hit.face == NO_HIT) != other:
+            shown.met.hit = veil
+            shown.met.tint = wp.vec3(share, share, share)
+        elif shown.veiled:
+            shown.met.tint = met.tint * (1.0 - share)
+    return shown
