@@ -198,7 +198,6 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             met = meet_sheet(scene, origin, direction, culls, met)
         elif largest(wp.vec3(1.0, 1.0, 1.0) - met.tint) > 0.0:
             splits = False  # at a sheet, which was crossed
-        culls = False
         end.to_viewer = -direction
         end.throughput = wp.cw_mul(end.throughput, met.tint)
         if met.hit.face == NO_HIT:
@@ -217,6 +216,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
                 if other:
                     origin = origin + direction * (met.hit.t + OFFSET_ULP)
                     continue
+        culls = False
         surface = met_surface(scene, met.hit, direction)
         if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)

@@ -73,6 +73,23 @@ def test_the_other_branch_of_a_faint_veil_before_the_sky_is_the_sky() -> None:
     assert np.allclose(view.radiance.numpy(), 0.8 * (1.0 + up), atol=1e-5)
 
 
+def test_behind_a_veil_backs_are_seen_through_as_before_it() -> None:
+    veil = Material(base_color=(0.5, 0.5, 0.5, 0.7), alpha_mode=AlphaMode.BLEND)
+    back = quad([-2.0, -2.0, -0.5], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0], 1)
+    sheet = quad([-2.0, -2.0, -0.3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0])
+    one_sided = Material(emission=(9.0, 9.0, 9.0), double_sided=False)
+    device_scene = resident_of([sheet, back], [veil, one_sided], sky=Sky((2.0, 2.0, 2.0)))
+    view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
+    view.chain_samples.splits = True
+    view.set_camera(CAMERA)
+    view.find_shading_points()
+    known = known_light(LightSets(device_scene).table, None, direct=True)
+    seen_by = view.frame.scene, view.camera, SIZE, view.frame.chain_samples, view.gbuffer, known, view.radiance
+    add_other_branch(*seen_by, view.frame.features)
+    up = -view.gbuffer.to_camera.numpy()[:, 1:2]
+    assert np.allclose(view.radiance.numpy(), 0.3 * (1.0 + up), atol=1e-5)
+
+
 def test_where_there_is_no_glass_a_coat_has_no_other_branch() -> None:
     """Also by kernels for scenes that may have some."""
     likelier, other = seen(Material(clearcoat=1.0))
