@@ -132,7 +132,8 @@ class SceneData:
     surfaces, which are there in part; one_sided: cameras do not see the backs of some surfaces; lambertian: every
     surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which
     rays meet BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes); HALF: BLEND where alpha is
-    one half or more; WHOLE: wherever it shows at all.
+    one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at random, but crossed straight
+    where they are mostly glass, and met where not.
     """
 
     opaque: Bvh
@@ -171,3 +172,4 @@ class SceneData:
     sheened: bool
     filmed: bool
     coverage: wp.uint32
+    through_sheets: bool

@@ -8,7 +8,7 @@ by following it (gpu.lights.caustic_map). Rays of indirect light pass all panes.
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
-from gpu.device_scene.data import HALF, NO_HIT, Hit, SceneData
+from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.glass import glass_fresnel
 from gpu.device_scene.rays import (
     MAX_ALPHA_LAYERS,
@@ -91,8 +91,8 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
 
 @wp.func
 def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
-    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; where
-    that is HALF, rays cross sheets that are mostly glass, dimmed by what that reflects, and meet the others.
+    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; with
+    `scene.through_sheets` rays cross what is mostly glass, dimmed by what that reflects, and meet the others.
     """
     met = TintedHit()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
@@ -107,9 +107,9 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             start += pane.t
             surface = surface_at(scene, pane, direction)
             crosses = crossing_share(surface, direction)
-            if scene.coverage == HALF and is_mostly_glass(surface):
+            if scene.through_sheets and is_mostly_glass(surface):
                 met.tint = wp.cw_mul(met.tint, surface.albedo * (crosses / surface.glass))
-            elif scene.coverage == HALF or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
+            elif scene.through_sheets or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
                 met.hit = pane
                 met.hit.t = start
                 return met
@@ -139,7 +139,7 @@ def met_of(scene: SceneData, face: int, direction: wp.vec3, surface: Surface) ->
     """What rays along unit `direction` meet of a `surface` of triangle `face`: of a pane that is crossed by chance,
     what it is to those that do not cross it.
     """
-    if is_pane(scene, face) and (scene.coverage != HALF or is_mostly_glass(surface)):
+    if is_pane(scene, face) and (not scene.through_sheets or is_mostly_glass(surface)):
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
         surface.crossed = surface.thin

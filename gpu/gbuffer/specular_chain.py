@@ -179,6 +179,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     splits = samples.splits and samples.frame_index[0] < 0
     shows = bool(True)
     scene.coverage = HALF
+    scene.through_sheets = samples.frame_index[0] < 0
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.frame_index[0] >= 0:
             seed = int(hashed(wp.uint32(samples.seed))) ^ samples.frame_index[0]

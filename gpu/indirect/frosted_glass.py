@@ -10,7 +10,7 @@ import warp as wp
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
-from gpu.device_scene.data import HALF, NO_HIT, SceneData
+from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated, glass_density, glass_value, sample_side, side_share
 from gpu.device_scene.panes import meet, met_surface, transmittance
@@ -30,6 +30,7 @@ from gpu.indirect.lobe_light import (
     LobeLight,
     LobeRay,
     light_along,
+    lobe_coverage,
     lobe_ray,
     lobe_reach,
 )
@@ -49,7 +50,8 @@ def beyond_face(scene: SceneData, ray: LobeRay, side: int, x: float, y: float) -
     """A ray in a body, from where it meets the face of glass: reflected there (side 0) or refracted (1), by its share;
     (x, y) is the sample of the facet. `ray` itself (0), or none (1), where it meets something else.
     """
-    scene.coverage = HALF
+    scene.coverage = lobe_coverage(ray, 0)  # what `light_along` meets, too
+    scene.through_sheets = True
     met = meet(scene, offset_origin(ray.position, ray.normal, ray.direction), ray.direction, False)
     face = Surface()
     if met.hit.face != NO_HIT:

@@ -12,18 +12,19 @@ from gpu.core.constants import PI
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import even_reflectance, largest, traced_share
-from gpu.device_scene.data import HALF, NO_HIT, SceneData
+from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.panes import meet, met_surface
 from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import choose_part, part_of, sample_scattering
+from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.background import background
 from gpu.lights.light_sampling import light_at_hit
 from gpu.lights.light_table import LightTable
-from gpu.sampling.sobol import sobol_pair_at
+from gpu.sampling.sobol import hashed, sobol_pair_at
 from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.radiosity_mean import mean_irradiance
 
@@ -160,9 +161,17 @@ def sends_on(part: Surface) -> bool:
 
 
 @wp.func
+def lobe_coverage(ray: LobeRay, vertex: int) -> wp.uint32:
+    """A seed of BLEND that a ray meets on its way from its surface number `vertex`: a lamp behind it, or of it, counts
+    in the mean what samples of lamps find.
+    """
+    return ray_coverage(ray.place, vertex, int(hashed(wp.uint32(ray.seed))) ^ ray.index)
+
+
+@wp.func
 def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
     """What is seen along a ray, as VPLs tell it."""
-    scene.coverage = HALF
+    scene.through_sheets = True
     seen = SeenLight()
     seen.distance = 1.0
     throughput = wp.vec3(1.0, 1.0, 1.0)
@@ -176,6 +185,7 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
     for vertex in range(LOBE_VERTICES + 1):
         if vertex == LOBE_VERTICES:
             scene.pane_count = 0
+        scene.coverage = lobe_coverage(ray, vertex)
         origin = offset_origin(position, normal, direction)
         met = meet(scene, origin, direction, False)
         throughput = wp.cw_mul(throughput, met.tint)

@@ -16,6 +16,7 @@ from gpu.device_scene.bsdf import largest, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
@@ -109,6 +110,7 @@ def shadow_map_kernel(features: SceneFeatures) -> wp.Kernel:
                 return
             origin = chain.flight.origin
             direction = chain.flight.direction
+            scene.coverage = ray_coverage(pixel, chain.bounce, seed)  # by which `unscattered` came here
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             return

@@ -1,5 +1,7 @@
 """What frosted glass shows in single frames: in an evenly lit room, what it reflects and lets through of that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -12,7 +14,7 @@ from gpu.direct.direct_light import direct_samples
 from gpu.indirect.frosted_glass import beyond_face
 from gpu.indirect.lobe_light import LobeRay, known_light
 from gpu.scene.camera import look_at
-from gpu.scene.types import Doubles, Material
+from gpu.scene.types import AlphaMode, Doubles, Material
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 SIZE = (24, 16)
@@ -20,13 +22,23 @@ CAMERA = look_at((0.1, 0.1, 0.3), (0.0, 0.0, -0.1), yfov_degrees=30.0)
 COLOUR = np.array([1.0, 0.95, 0.9])
 
 
-def shown(transmission: float = 1.0, *, direct: bool = True) -> tuple[Doubles, Doubles]:
+WALLS = grey(0.5, emission=1.0 / np.pi)
+
+
+def blend(alpha: float, emission: float = 0.0) -> Material:
+    """Black, and there by `alpha`."""
+    return replace(grey(0.0, emission), base_color=(0.0, 0.0, 0.0, alpha), alpha_mode=AlphaMode.BLEND)
+
+
+def shown(transmission: float = 1.0, *, direct: bool = True, walls: Material = WALLS,
+          veil: Material | None = None) -> tuple[Doubles, Doubles]:  # fmt: skip
     """Of a coloured frosted sheet in a room whose walls emit 1/π and reflect half: what it shows besides what is matt
-    of it, in parts of the light there is, and the albedo of that, (pixel, 3) each.
+    of it, in parts of the light there is, and the albedo of that, (pixel, 3) each. veil: what is all around inside.
     """
     glass = Material(base_color=(*COLOUR, 1.0), transmission=transmission, roughness=0.4, specular=0.0)
     sheet = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
-    device_scene = resident_of([*box(), sheet], [grey(0.5, emission=1.0 / np.pi), glass, *RARE]).generalised()
+    parts = [*box(), sheet, *(box(2, 0.45) if veil else [])]
+    device_scene = resident_of(parts, [walls, glass, veil or grey(0.5), *RARE]).generalised()
     lights = LightSets(device_scene)
     choice = LightSetChoice(vpls=5000, vpl_clusters=100, bounces=8, seed=0, lambertian=False)
     cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
@@ -56,6 +68,15 @@ def test_the_rest_of_what_is_partly_glass_is_matt() -> None:
     light, matt = shown(0.3)
     assert np.allclose(matt, 0.7 * COLOUR, atol=1e-3)
     assert light.mean(axis=0) == pytest.approx(0.3 * (0.08 + 0.9 * COLOUR), rel=0.06)
+
+
+@pytest.mark.parametrize("alpha", [0.3, 0.6])
+def test_what_is_there_in_part_shows_that_part(alpha: float) -> None:
+    """Through frosted glass, where samples of lamps and rays find the same: lamps that are there in part, and veils."""
+    light, _ = shown(walls=blend(alpha, 1.0 / np.pi))
+    assert light.mean(axis=0) == pytest.approx(alpha * (0.08 + 0.9 * COLOUR) / 2.0, rel=0.1)
+    light, _ = shown(walls=grey(0.0, 1.0 / np.pi), veil=blend(alpha))
+    assert light.mean(axis=0) == pytest.approx((1.0 - alpha) * (0.08 + 0.9 * COLOUR) / 2.0, rel=0.1)
 
 
 @wp.kernel

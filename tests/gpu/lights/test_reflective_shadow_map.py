@@ -18,7 +18,7 @@ from gpu.lights.reflective_shadow_map import (
 )
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
 from gpu.lights.sun_map import sun_maps
-from gpu.scene.types import Doubles
+from gpu.scene.types import AlphaMode, Doubles, Material
 
 SIDE = 64
 MOST = SHADOW_MAP_PARAMETERS.most_maps
@@ -45,6 +45,16 @@ def test_maps_carry_what_walls_reflect_of_all_lights() -> None:
     bulb, spot = 4.0 * np.pi * np.array(POINT.intensity), 2.0 * np.pi * 0.2 * np.array(SPOT.intensity)
     # The lamp itself, which is black, hides a little.
     assert flux == pytest.approx(0.5 * np.stack([lamp, bulb, spot]), rel=0.04)
+
+
+def test_a_ray_meets_the_same_of_a_veil_that_its_chain_of_mirrors_met() -> None:
+    """A bulb in a box that is there by 0.4, in one of mirrors: these scatter none of its light."""
+    veil = Material(base_color=(0.5, 0.5, 0.5, 0.4), alpha_mode=AlphaMode.BLEND, specular=0.0)
+    mirror = Material(metallic=1.0, roughness=0.0)
+    _, vpls = mapped(resident_of([*box(), *box(1, 0.3)], [mirror, veil], lights=[POINT]))
+    lit = vpls.flux.numpy().sum(axis=1) > 0.0
+    assert 0.6 < lit.mean() < 1.0
+    assert np.abs(vpls.position.numpy()[lit]).max() == pytest.approx(0.3, abs=1e-4)
 
 
 def test_pixels_of_a_map_that_are_neighbours_see_neighbouring_places() -> None:
