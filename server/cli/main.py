@@ -1,12 +1,15 @@
 """The command `lumenwalk`: serve, render, compare, info, warm (server.cli.commands).
 
 Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was asked for, said in one line on stderr;
-130 interrupted. Of a service that starts, the worker takes longest: it begins before anything else is imported.
+130 interrupted; ended by SIGTERM, it says so. Of a service that starts, the worker takes longest: it begins before
+anything else is imported.
 """
 
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from gpu.errors import UserError
 from server.render.worker_process import WORKER, WorkerProcess
@@ -19,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         if given[:1] == ["serve"] and not HELP & {*given}:
-            with WorkerProcess(WORKER) as worker:
+            with _unwound_by_sigterm(), WorkerProcess(WORKER) as worker:
                 status = _run(given, worker)
         else:
             status = _run(given)
@@ -36,6 +39,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     return status
+
+
+class _Terminated(BaseException):
+    pass
+
+
+@contextmanager
+def _unwound_by_sigterm() -> Iterator[None]:
+    """SIGTERM gives back what is held within, the worker and its folder, before it ends this process; a second, not."""
+
+    def stop(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        raise _Terminated
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    except _Terminated:
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _run(arguments: Sequence[str], worker: WorkerProcess | None = None) -> int:

@@ -1,11 +1,14 @@
 """The command's errors, and the worker that it starts before all else."""
 
+import os
+import signal
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from harness import alive
+from harness import PATIENCE, alive
 
 from server.cli import main as program
 from server.render.worker_process import WorkerProcess
@@ -45,6 +48,26 @@ def test_no_worker_is_left_after_a_mistake(started: list[int], capsys: pytest.Ca
     assert capsys.readouterr().err.startswith("lumenwalk: error: ")
     assert len(started) == 1
     assert not alive(started[0])
+
+
+def test_a_service_that_is_ended_while_it_starts_leaves_nothing(tmp_path: Path) -> None:
+    code = f"""
+import time
+from server.cli import main as program
+program.WORKER = {STUBBORN!r}
+program._run = lambda _, worker: (print(worker.pid, flush=True), time.sleep(3600))
+program.main(["serve"])
+"""
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        worker = int(process.stdout.readline())
+        assert alive(worker)
+        assert list(tmp_path.iterdir())
+        process.terminate()
+        assert process.wait(PATIENCE) == -signal.SIGTERM
+    assert not alive(worker)
+    assert not list(tmp_path.iterdir())
 
 
 def test_who_wants_help_or_another_command_gets_no_worker(
