@@ -11,7 +11,7 @@ from typing import Any
 import uvicorn
 from fastapi import FastAPI
 
-from gpu.scene.environment import read_environment
+from gpu.scene.lighting.environment import read_environment
 from server import errors
 from server.engines import make_engines
 from server.http.answers import Answers

@@ -22,8 +22,8 @@ from pydantic_settings.exceptions import SettingsError
 from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
 from gpu.sample_counts import paths_of, usual_counts
-from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions, listed
+from gpu.scene.lighting.environment_options import EnvironmentOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import Quality, RenderSettings
 from server.addresses import check_host, check_network, check_origin, check_prefix, check_replica, replica_prefix

@@ -30,7 +30,7 @@ LONGEST = (
     "gpu/methods/test_fuzzy_lights.py",
     "server/scenes/test_check_scene.py",
     "server/scenes/test_residency.py",
-    "gpu/scene/gltf/test_corpus.py",
+    "gpu/scene/formats/gltf/test_corpus.py",
     "stability/test_light.py",
     "stability/test_geometry.py",
     "gpu/methods/test_fuzzy_statistics.py",

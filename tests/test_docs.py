@@ -60,7 +60,9 @@ def test_files_named_exist(page: Path) -> None:
         if name.split("/")[0] in FOLDERS:
             assert (ROOT / name).exists() or name in ("tests/gpu/PACKAGE/test_X.py", "gpu/PACKAGE/X.py"), name
         elif name.endswith(".py"):
-            assert any((ROOT / folder / name).exists() for folder in ("gpu", "gpu/vpl", "gpu/sp", "server")), name
+            assert any(
+                (ROOT / folder / name).exists() for folder in ("gpu", "gpu/scene", "gpu/vpl", "gpu/sp", "server")
+            ), name
 
 
 @pytest.mark.parametrize("page", WRITTEN, ids=_name)

@@ -86,6 +86,18 @@ def test_imports_of_gpu_go_down() -> None:
     assert up == []
 
 
+def test_a_scene_knows_nothing_of_the_formats_that_it_comes_in() -> None:
+    """Only what looks a file's reader up does."""
+    formats = "gpu.scene.formats"
+    knowing = {
+        module
+        for module, imported in graph("gpu").items()
+        if module.startswith("gpu.scene.") and not module.startswith(formats)
+        if any(other.startswith(formats) for other in imported)
+    }
+    assert knowing == {"gpu.scene.load"}
+
+
 def test_gpu_knows_nothing_of_the_server() -> None:
     edges = graph("gpu", "server")
     assert {m for m in edges if m.startswith("gpu") and any(other.startswith("server") for other in edges[m])} == set()

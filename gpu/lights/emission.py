@@ -36,7 +36,7 @@ from gpu.sampling.warps import (
 class Particle:
     """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W].
 
-    light: the number of what emits it, as gpu.scene.path_light numbers the parts of a scene.
+    light: the number of what emits it, as gpu.scene.lighting.path_light numbers the parts of a scene.
     """
 
     origin: wp.vec3

@@ -36,7 +36,7 @@ class Vpls:
     """Virtual point lights, neighbours on a surface side by side.
 
     position, normal (vpl,) in unit space; flux (vpl,) [W], reflected; bounce (vpl,): how many surfaces its path met
-    before; light (vpl,): what its path began at, as gpu.scene.path_light numbers the parts of a scene.
+    before; light (vpl,): what its path began at, as gpu.scene.lighting.path_light numbers the parts of a scene.
     A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
     """
 

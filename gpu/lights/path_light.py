@@ -1,4 +1,4 @@
-"""The light that light paths are drawn by (gpu.scene.path_light), on a device, in arrays that stay."""
+"""The light that light paths are drawn by (gpu.scene.lighting.path_light), on a device, in arrays that stay."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_table import LightTable
 from gpu.lights.sun_map import SunMaps
-from gpu.scene.path_light import path_light, path_light_shares
+from gpu.scene.lighting.path_light import path_light, path_light_shares
 from gpu.scene.types import Scene, same_sky
 
 _SURFACES = "vertices", "normals", "triangles", "triangle_material", "uvs", "colors"
@@ -33,8 +33,8 @@ def _same_paths(one: Scene, other: Scene) -> bool:
 
 
 class PathLight:
-    """What paths begin at: `table`; shares (light,): what each light is of that, as gpu.scene.path_light numbers the
-    parts of a scene.
+    """What paths begin at: `table`; shares (light,): what each light is of that, as gpu.scene.lighting.path_light
+    numbers the parts of a scene.
     """
 
     def __init__(self, device_scene: DeviceScene, suns: SunMaps) -> None:

@@ -7,26 +7,26 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
-from gpu.scene.boxes import box
-from gpu.scene.bulk import Bulk, bulk_of
-from gpu.scene.covered_lights import covered_lights
-from gpu.scene.default_light import with_default_light
+from gpu.scene.animation.motion import Body
 from gpu.scene.default_view import default_camera
-from gpu.scene.emitted_power import emitted_power
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.floats import triple
+from gpu.scene.geometry.boxes import box
+from gpu.scene.geometry.bulk import Bulk, bulk_of
+from gpu.scene.geometry.normals import area_vectors, repaired_normals
+from gpu.scene.geometry.precision import device_precision, file_precision
+from gpu.scene.geometry.soundness import sound
 from gpu.scene.guess import Shape, frame_of, said_metres
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.lengths import length_text
+from gpu.scene.lighting.covered_lights import covered_lights
+from gpu.scene.lighting.default_light import with_default_light
+from gpu.scene.lighting.emitted_power import emitted_power
+from gpu.scene.lighting.shut_in import is_shut_in
+from gpu.scene.lighting.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.motion import Body
-from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.objects import numbered
-from gpu.scene.precision import device_precision, file_precision
 from gpu.scene.scene_parts import MeshPart, SceneParts, check_choices, check_parts
-from gpu.scene.shut_in import is_shut_in
-from gpu.scene.sky_dome import sky_notes, with_sky_dome
-from gpu.scene.soundness import sound
 from gpu.scene.to_world import camera_in_world, intensity_scale, light_in_unit_space
 from gpu.scene.types import (
     Camera,

@@ -5,10 +5,10 @@ from itertools import product
 
 import numpy as np
 
-from gpu.scene.boxes import lengths
 from gpu.scene.camera import look_at
-from gpu.scene.eye_height import HEADROOM, standing_eyes
-from gpu.scene.normals import area_vectors
+from gpu.scene.geometry.boxes import lengths
+from gpu.scene.geometry.eye_height import HEADROOM, standing_eyes
+from gpu.scene.geometry.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Mask, Placement
 
 _SAMPLES = 10_000

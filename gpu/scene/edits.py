@@ -16,15 +16,15 @@ import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
-from gpu.scene.daylight import daylight, level_irradiance
+from gpu.scene.animation.moment import Moment
+from gpu.scene.animation.posed import posed
 from gpu.scene.floats import triple
-from gpu.scene.moment import Moment
+from gpu.scene.lighting.daylight import daylight, level_irradiance
+from gpu.scene.lighting.path_light import path_light, with_path_light
+from gpu.scene.lighting.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
-from gpu.scene.path_light import path_light, with_path_light
 from gpu.scene.pauses import Pause, go_on
-from gpu.scene.posed import posed
-from gpu.scene.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
 
 MOST_SHOWN = 5  # ids in a sentence on one that there is not

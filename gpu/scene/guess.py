@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpu.scene.boxes import lengths, middles
 from gpu.scene.file_frame import FileFrame
+from gpu.scene.geometry.boxes import lengths, middles
+from gpu.scene.geometry.normals import area_vectors
 from gpu.scene.import_options import METRES, Axis, ImportOptions
-from gpu.scene.normals import area_vectors
 from gpu.scene.types import Doubles, Integers
 
 # Higher than this in metres [m], a scene is not in metres: few buildings reach 200 m, and none reaches 2 km; but what

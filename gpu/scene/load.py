@@ -5,10 +5,10 @@ from pathlib import Path
 
 from gpu.errors import SceneError
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.formats.usd.layers import LAYERS
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
-from gpu.scene.usd.layers import LAYERS
 from gpu.scene.wording import shortened
 
 SUFFIXES = (
@@ -48,37 +48,37 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: Impor
 def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
     """The reader of files with `suffix`, imported when first wanted: some bring large libraries."""
     if suffix in (".glb", ".gltf"):
-        from gpu.scene.gltf import load_gltf
+        from gpu.scene.formats.gltf import load_gltf
 
         return load_gltf
     if suffix == ".obj":
-        from gpu.scene.obj import load_obj
+        from gpu.scene.formats.obj import load_obj
 
         return load_obj
     if suffix in (".dae", ".zae"):
-        from gpu.scene.collada import load_collada
+        from gpu.scene.formats.collada import load_collada
 
         return load_collada
     if suffix == ".3mf":
-        from gpu.scene.threemf import load_threemf
+        from gpu.scene.formats.threemf import load_threemf
 
         return load_threemf
     if suffix == ".fbx":
-        from gpu.scene.fbx import load_fbx
+        from gpu.scene.formats.fbx import load_fbx
 
         return load_fbx
     if suffix in (".ifc", ".ifczip"):
-        from gpu.scene.ifc import load_ifc
+        from gpu.scene.formats.ifc import load_ifc
 
         return load_ifc
     if suffix in (".step", ".stp"):
-        from gpu.scene.step import load_step
+        from gpu.scene.formats.step import load_step
 
         return load_step
     if suffix.startswith(".usd"):
-        from gpu.scene.usd import load_usd
+        from gpu.scene.formats.usd import load_usd
 
         return load_usd
-    from gpu.scene.meshes import load_mesh
+    from gpu.scene.formats.meshes import load_mesh
 
     return load_mesh

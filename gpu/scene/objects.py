@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 from gpu.errors import UserError, brief
+from gpu.scene.geometry.soundness import sound
 from gpu.scene.parts import MOST_ID
 from gpu.scene.pauses import Pause, go_on
-from gpu.scene.soundness import sound
 from gpu.scene.types import Doubles, Integers, Ints, Mask, Rgb, Scene
 
 

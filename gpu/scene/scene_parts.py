@@ -9,9 +9,9 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
+from gpu.scene.animation.motion import Body, Motion
 from gpu.scene.import_options import Axis, ImportOptions
 from gpu.scene.limits import SceneLimits
-from gpu.scene.motion import Body, Motion
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Light, Material, Sky, Texture
 
 

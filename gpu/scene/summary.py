@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gpu.scene.emitted_power import emitted_power
 from gpu.scene.file_frame import FileFrame
-from gpu.scene.normals import area_vectors
+from gpu.scene.geometry.normals import area_vectors
+from gpu.scene.lighting.emitted_power import emitted_power
 from gpu.scene.parts import LightForm, lights_of, material_ids
 from gpu.scene.types import Camera, Doubles, Environment, Light, LightKind, Scene, Sky, Texture
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gpu.scene.animation.motion import Body, Motion
 from gpu.scene.file_frame import FileFrame
-from gpu.scene.motion import Body, Motion
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -77,7 +77,7 @@ class Material:
     seen, and the front emits. iridescence_least, iridescence_most: thickness of its film [nm]. backdrop: its triangles
     are a sky around the scene, seen behind everything; they neither stop nor reflect light. stays_light: it is among
     the lights even where an edit leaves it no emission. path_color: the emission that light paths are drawn by
-    (gpu.scene.path_light), None: its own.
+    (gpu.scene.lighting.path_light), None: its own.
     """
 
     name: str = "default"
@@ -164,7 +164,7 @@ class Light:
     """A punctual light in unit space. intensity: [W/sr] in unit space (point, spot) or irradiance [W/m²] (directional).
 
     position: unit space; direction: where the light goes, unit length; cones: cosines of the half angles (spot).
-    path_color: the intensity that light paths are drawn by (gpu.scene.path_light), None: its own.
+    path_color: the intensity that light paths are drawn by (gpu.scene.lighting.path_light), None: its own.
     """
 
     name: str
@@ -181,7 +181,7 @@ class Light:
 class Sky:
     """Light from all around: radiance · (1 + ω·up) / 2 for direction ω, so that it is brightest above, black below.
 
-    path_color: the radiance that light paths are drawn by (gpu.scene.path_light), None: its own.
+    path_color: the radiance that light paths are drawn by (gpu.scene.lighting.path_light), None: its own.
     """
 
     radiance: Rgb
@@ -195,7 +195,7 @@ class Environment:
 
     Its top is towards +Y, its middle towards +Z, a quarter from the left towards +X, before it is turned by the share
     `turn` of a full turn, counter-clockwise from above. path_color: the tint that light paths are drawn by
-    (gpu.scene.path_light), None: its own.
+    (gpu.scene.lighting.path_light), None: its own.
     """
 
     name: str

@@ -36,8 +36,8 @@ def subcluster_count_kernel(first: int, starts: wp.array[int], counts: wp.array[
 class GroupLights:
     """The lights of up to `capacity` VPLs in `count` groups: `vpls`, a cluster each; all is allocated once.
 
-    shares (light,): what lights are of what paths are drawn by (gpu.scene.path_light), if not all of it. Members from
-    starts[count] on are of no group.
+    shares (light,): what lights are of what paths are drawn by (gpu.scene.lighting.path_light), if not all of it.
+    Members from starts[count] on are of no group.
     """
 
     def __init__(

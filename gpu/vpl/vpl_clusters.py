@@ -26,9 +26,9 @@ class VplClusters:
     and that along the normal, unit space.
     Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_SUBCLUSTER that follow each
     other are a subcluster: disks subcluster_starts[c] … subcluster_starts[c + 1] − 1 of `subclusters`.
-    path_flux (vpl,): that members bring by the light that paths are drawn by (gpu.scene.path_light), of which all but
-    the flux of disks and members is made; member_area (vpl,): each one's share of its cluster's disk, as large as that
-    of its path flux.
+    path_flux (vpl,): that members bring by the light that paths are drawn by (gpu.scene.lighting.path_light), of which
+    all but the flux of disks and members is made; member_area (vpl,): each one's share of its cluster's disk, as large
+    as that of its path flux.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius (group,): a
     sphere that holds all of its members; axis, axis_cone_cos (group,): axis and cosine of the angle of a cone that
     holds their normals.

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import NoReturn, TypeAlias
 
 from gpu.errors import UserError
-from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.animation.moment import Moment
 from gpu.scene.import_options import ImportOptions
+from gpu.scene.lighting.environment_options import EnvironmentOptions
 from gpu.scene.load import SUFFIXES
-from gpu.scene.moment import Moment
 from gpu.settings import Component, RenderSettings
 from server.cli.options import add_options, flag_of, given_options, model_from
 from server.importing import kept_imports

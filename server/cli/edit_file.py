@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits
-from gpu.scene.text import without_mark
+from gpu.scene.formats.text import without_mark
 from server.wire.browser import ScenePatch, describe
 from server.wire.scene_patch import patched
 

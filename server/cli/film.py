@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from gpu.errors import UserError
 from gpu.film.frame import Frame
 from gpu.scene.camera_path import CameraPath
-from gpu.scene.text import without_mark
+from gpu.scene.formats.text import without_mark
 from gpu.scene.types import Scene
 from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
 from server.images import check_folder, check_output

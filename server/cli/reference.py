@@ -11,10 +11,10 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS
-from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.animation.moment import Moment
 from gpu.scene.import_options import ImportOptions
+from gpu.scene.lighting.environment_options import EnvironmentOptions
 from gpu.scene.limits import SceneLimits
-from gpu.scene.moment import Moment
 from gpu.settings import RenderSettings, Skips
 from server.cli.options import flag_of, kind_of, limits_of
 from server.settings import ServerSettings

@@ -12,9 +12,9 @@ from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.renderer import Renderer
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
-from gpu.scene.environment import with_environment
-from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.lighting.environment import with_environment
+from gpu.scene.lighting.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
 from gpu.warm_up import warm_up_still

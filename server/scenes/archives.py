@@ -7,9 +7,9 @@ from pathlib import Path, PurePosixPath
 from shutil import copyfileobj
 
 from gpu.errors import SceneError
+from gpu.scene.formats.package import MAX_RATIO, entry_name
+from gpu.scene.formats.usd.layers import LAYERS
 from gpu.scene.load import SUFFIXES
-from gpu.scene.package import MAX_RATIO, entry_name
-from gpu.scene.usd.layers import LAYERS
 from server.scenes.clutter import is_clutter
 
 MAX_FILES = 2000

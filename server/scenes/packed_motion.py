@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from gpu.scene.moment import AnimationId
-from gpu.scene.motion import (
+from gpu.scene.animation.moment import AnimationId
+from gpu.scene.animation.motion import (
     COMPONENTS,
     NODE_PROPERTIES,
     STILL,

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gpu.errors import SceneError
+from gpu.scene.animation.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Motion
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import SceneLimits
-from gpu.scene.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Motion
 from gpu.scene.pauses import Pause, go_on
 from gpu.scene.types import Camera, Light, LoadReport, Material, Placement, Rgb, Scene, Sky, Texture, Wrap
 from gpu.scene.validate import (

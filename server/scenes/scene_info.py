@@ -9,8 +9,8 @@ import numpy as np
 from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.floats import triple
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.lighting.surroundings import EVEN, surrounded
 from gpu.scene.parts import LightPart, lights_of, material_ids
-from gpu.scene.surroundings import EVEN, surrounded
 from gpu.scene.types import Camera, Doubles, Material, Scene
 from server.wire.browser import (
     AnimationInfo,

@@ -62,9 +62,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.animation.moment import AnimationId, Moment
 from gpu.scene.edits import Color, LightEdit, MaterialEdit, ObjectEdit, PartId, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
-from gpu.scene.moment import AnimationId, Moment
 from gpu.scene.parts import LightForm
 from gpu.settings import Quality, RenderSettings
 from server.refusals import reason

@@ -15,8 +15,8 @@ from typing import Annotated, Any, BinaryIO, Literal, Protocol
 from pydantic import Field, TypeAdapter
 
 from gpu.scene.edits import NO_EDITS, SceneEdits
-from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.lighting.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
 from server.wire.browser import PickedPart, SceneInfo

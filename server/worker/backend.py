@@ -27,8 +27,8 @@ from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.builtin import MADE_AT_ONCE
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
-from gpu.scene.environment import with_environment
-from gpu.scene.gltf.writing import glb_of
+from gpu.scene.formats.gltf.writing import glb_of
+from gpu.scene.lighting.environment import with_environment
 from gpu.scene.load import load_scene
 from gpu.scene.types import Scene
 from gpu.settings import RenderSettings

@@ -20,10 +20,10 @@ import warp as wp
 
 from gpu.core.device import choose_device
 from gpu.renderer import Renderer
+from gpu.scene.animation.motion import STILL, Animation, Body, Channel, Interpolation, Motion, Property
 from gpu.scene.camera import rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.load import load_scene
-from gpu.scene.motion import STILL, Animation, Body, Channel, Interpolation, Motion, Property
 from gpu.scene.parts import lights_of, material_ids
 from gpu.scene.types import Doubles, Light, LightKind, Scene
 from gpu.settings import RenderSettings

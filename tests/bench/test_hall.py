@@ -4,7 +4,7 @@ import pytest
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.scene.normals import area_vectors
+from gpu.scene.geometry.normals import area_vectors
 from gpu.settings import Component, RenderSettings
 from tests.bench.hall import make_hall
 

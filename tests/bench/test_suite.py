@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpu.scene.gltf.writing import glb_of
+from gpu.scene.formats.gltf.writing import glb_of
 from gpu.scene.load import load_scene
 from tests.bench import __main__ as command
 from tests.bench import growth, skips, sweep, targets, temporal, walk

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from gpu.scene.gltf import load_gltf
+from gpu.scene.formats.gltf import load_gltf
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Material, Scene
 

@@ -2,7 +2,7 @@
 
 import struct
 
-from gpu.scene.ktx2 import IDENTIFIER
+from gpu.scene.formats.ktx2 import IDENTIFIER
 
 _SOLID = 23  # the code of UASTC's mode 8, whose blocks have one colour, in 5 bits
 

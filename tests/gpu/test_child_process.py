@@ -24,7 +24,7 @@ def trap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("cleaned", [True, False])
 def test_nothing_of_the_current_folder_or_of_pythonpath_runs(trap: Path, cleaned: bool) -> None:
-    command = module_command("gpu.scene.fbx.extract")
+    command = module_command("gpu.scene.formats.fbx.extract")
     environment = clean_environment() if cleaned else None
     done = subprocess.run(command, input=b"not FBX", capture_output=True, check=False, env=environment)
     assert done.returncode == 1

@@ -13,7 +13,7 @@ pytest.importorskip("pxr")
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from gpu.scene.usd import load_usd
+from gpu.scene.formats.usd import load_usd
 
 SQUARE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
 TYPES = {

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import UserError
-from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
+from gpu.scene.lighting.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.settings import Method, Quality, RenderSettings
 from server.settings import ServerSettings, load_settings
 

@@ -11,12 +11,12 @@ from os import cpu_count
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gpu.scene.animation.motion import STILL, Animation, Body, MorphTarget, Motion
+from gpu.scene.animation.pose import at_rest, in_world
 from gpu.scene.assemble import assemble
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, palette
 from gpu.scene.colors import srgb_to_linear
-from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion
-from gpu.scene.pose import at_rest, in_world
 from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Bytes, Camera, Light, Material, Rgb, Scene, Sky, Texture, TextureSlot
 

@@ -9,11 +9,11 @@ from math import cos, pi, sin, tanh
 
 import numpy as np
 
+from gpu.scene.animation.motion import Animation, Channel, Interpolation, MorphTarget, Property
 from gpu.scene.builtin.cornell_box import empty_box, front_camera
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.shapes import block, sphere, surface
 from gpu.scene.camera import look_at
-from gpu.scene.motion import Animation, Channel, Interpolation, MorphTarget, Property
 from gpu.scene.types import Doubles, Material, Scene
 
 _HALF = (0.266, 0.274)  # metres along x and z

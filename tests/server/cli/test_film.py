@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.animation.motion import STILL, Animation, Channel, Interpolation, Motion, Property
 from gpu.scene.builtin import BUILTIN
-from gpu.scene.motion import STILL, Animation, Channel, Interpolation, Motion, Property
 from server.cli.film import PictureFiles, read_path
 from server.cli.main import main
 from server.images import read_image

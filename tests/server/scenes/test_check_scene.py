@@ -27,7 +27,7 @@ import os
 import sys
 import server.scenes.check_scene as check_scene
 from server.scenes.checked import CheckRequest
-import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
+import gpu.scene.formats.gltf, gpu.scene.formats.obj, gpu.scene.formats.meshes
 opening = lambda name, args: name == "open" and not args[2] & os.O_PATH
 for line in sys.stdin.read().splitlines():
     if child := os.fork():

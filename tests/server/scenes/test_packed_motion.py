@@ -7,7 +7,7 @@ import pytest
 from gltf_motion import moving
 from pydantic import ValidationError
 
-from gpu.scene.motion import Motion
+from gpu.scene.animation.motion import Motion
 from gpu.scene.types import Scene
 from server.scenes.packed_motion import PackedMotion, pack_motion, unpack_motion
 

@@ -9,11 +9,11 @@ import pytest
 from gltf_motion import moving
 
 from gpu.errors import SceneError
+from gpu.scene.animation.motion import STILL, Animation, Channel, Interpolation, Property
 from gpu.scene.edits import SceneEdits, edited
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.load import load_scene
-from gpu.scene.motion import STILL, Animation, Channel, Interpolation, Property
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Scene, Sky, Texture, Wrap
 from server.scenes.packed_scene import LENGTH_BYTES, read_scene, write_scene
 

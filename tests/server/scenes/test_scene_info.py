@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gltf_motion import moving
 
-from gpu.scene.default_light import with_default_light
+from gpu.scene.lighting.default_light import with_default_light
 from gpu.scene.load import load_scene
 from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene

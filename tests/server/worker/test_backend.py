@@ -25,7 +25,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
 from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, ObjectEdit, SceneEdits
-from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.lighting.environment_options import EnvironmentOptions
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import Component, Method, RenderSettings

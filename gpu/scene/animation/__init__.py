@@ -1,0 +1,1 @@
+"""What moves in a scene, and the scene at a time."""

@@ -1,0 +1,1 @@
+"""Triangles on the host: boxes, normals, polygons, the few rays that defaults need."""
