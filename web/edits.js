@@ -37,6 +37,8 @@ export class EditHistory {
   #done = [];
   /** @type {Step[]} */
   #undone = [];
+  /** Whether the server refused an edit, and has not said yet what differs without it. */
+  #refused = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
 
@@ -85,6 +87,7 @@ export class EditHistory {
     this.#known = NONE;
     this.#sent = [];
     this.#next = null;
+    this.#refused = false;
     if (stays) this.end();
     else this.#forget();
     if (Object.keys(/** @type {ScenePatch} */ (unanswered)).length > 0) this.#ask(/** @type {ScenePatch} */ (unanswered));
@@ -108,6 +111,7 @@ export class EditHistory {
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
     if (this.#sent.length === 0) this.#belong(own);
+    if (this.#refused) this.#correct();
     const kept = this.#kept;
     this.#kept = null;
     if (kept) {
@@ -116,6 +120,20 @@ export class EditHistory {
       this.set(/** @type {ScenePatch} */ (compose(removal(edits), kept)));
     }
     this.#changed();
+  }
+
+  /** The server refused an edit, and will say what differs. */
+  refused() {
+    this.#refused = true;
+  }
+
+  /** The newest step is what came of it: none, where all of it was refused. */
+  #correct() {
+    this.#refused = false;
+    const last = this.#done.at(-1);
+    if (!last) return;
+    last.redo = /** @type {ScenePatch} */ (inverse(this.edits, last.undo));
+    if (JSON.stringify(last.redo) === JSON.stringify(last.undo)) this.#done.pop();
   }
 
   /**

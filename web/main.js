@@ -381,7 +381,10 @@ async function show(frame) {
 
 /** @param {import("./protocol.js").ServerError} error */
 function refused({ code, message }) {
-  if (code === "edit-refused") return notice.complain(message);
+  if (code === "edit-refused") {
+    mixer.refused();
+    return notice.complain(message);
+  }
   busy(false);
   if (code === "limit" || code === "bad-message") panel.problem(message);
   if (code === "render-failed") return connectionStatus.failed("No picture", message);

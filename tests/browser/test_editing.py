@@ -10,6 +10,8 @@ from looking import wait_for
 from playwright.sync_api import Browser, Page, Route, expect
 from staged import LAMP, Stage
 
+from gpu.scene.edits import NO_EDITS
+
 CHAIR = {"id": "chair", "box": {"min": [-0.1, -0.1, -0.9], "max": [0.1, 0.1, -0.7]}}
 BULB = {"id": "bulb", "form": "point", "color": [1, 1, 1], "position": [0.0, 0.25, -1.0]}
 CHAIR_AT, LAMP_AT = (300, 150), (1000, 690)  # on a page of 1280×720, whose service has something in each half
@@ -65,6 +67,18 @@ def test_of_two_clicks_the_later_one_counts(page: Page, stage: Stage) -> None:
         page.wait_for_timeout(100)
     expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
     expect(page.locator("#toast")).to_have_text("chair")
+
+
+def test_what_the_server_refuses_can_not_be_undone(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    page.get_by_label("moved along X").fill("5")
+    stage.hear("edit")
+    expect(page.get_by_label("Undo", exact=True)).to_be_enabled()
+    stage.say("error", code="edit-refused", message="objects.chair.offset: takes it 4 m beyond the box of the scene")
+    edits = NO_EDITS.model_dump(mode="json")
+    stage.say("edits", scene="cornell-box", edits=edits, edit=stage.hear("edit")["id"], own=False, suns={})
+    expect(page.get_by_label("Undo", exact=True)).to_be_disabled()
+    expect(page.locator("#toast")).to_contain_text("4 m beyond")
 
 
 def test_a_drag_chooses_nothing(page: Page, stage: Stage) -> None:

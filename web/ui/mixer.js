@@ -155,6 +155,11 @@ export class Mixer {
     this.#history.told(message);
   }
 
+  /** The server refused an edit, and will say what differs. */
+  refused() {
+    this.#history.refused();
+  }
+
   /** What was pointed at is chosen. @param {PickedPart} part */
   pick({ object, material, light }) {
     this.#material.value = material ?? "";

@@ -145,3 +145,30 @@ test("own edits of a scene outlast a connection", (context) => {
   told({ lights: {}, materials: {}, objects: {} }, 0);
   assert.deepEqual([history.own, shown()], [false, undefined]);
 });
+
+test("what the server refuses is no step to be undone", (context) => {
+  const known = { lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} };
+  history.edit(lamp(1));
+  told(known, 1);
+  history.edit(lamp(-1));
+  context.mock.timers.tick(50);
+  history.refused();
+  told(known, 2);
+  history.undo();
+  assert.equal(shown(), undefined);
+  assert.equal(history.canUndo, false);
+});
+
+test("of a gesture that the server refuses the end of, what it took is done again", (context) => {
+  const known = { lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} };
+  history.edit(lamp(1), "typed");
+  told(known, 1);
+  history.edit(lamp(-1), "typed");
+  context.mock.timers.tick(50);
+  history.refused();
+  told(known, 2);
+  history.undo();
+  assert.equal(shown(), undefined);
+  history.redo();
+  assert.equal(shown(), 1);
+});
