@@ -12,6 +12,7 @@ _ACROSS, _DOWN = 6, 4  # places in the picture that are looked at
 _WAYS = 6  # from each to the sky
 _LAMPS = 5  # places that a lamp is tried at, besides the camera's
 _TESTS = 2e8  # of rays against triangles: as many rays as these allow, but so many at least
+_NEARLY = 0.8
 _LEAST_SEEN = 4
 _LIFT = 1e-5
 _NO_LIGHT = "the scene has no light"
@@ -97,16 +98,26 @@ def _sky_reaches(rays: HostRays, seen: list[_Seen]) -> bool:
 
 
 def _lamp(rays: HostRays, seen: list[_Seen], eye: Doubles) -> Light:
-    """A lamp where most of the points that are `seen` see it: at the camera, or half-way from one to what it faces."""
+    """A lamp that points which are `seen` see: at the camera, or half-way from one of them to what it faces.
+
+    Of the places that nearly as many see as the best one, it is at that with most room: light of a lamp beside a wall
+    would nearly all be a spot on that.
+    """
     places = [eye]
     for point in seen[:: max(1, len(seen) // _LAMPS)]:
         distance, _ = rays.first(point.position, point.normal)
         places.append(point.position + point.normal * min(distance, 1.0) / 2.0)
     lit = [[_distance(rays, point, place) for point in seen] for place in places]
-    best = int(np.argmax([sum(distance > 0.0 for distance in distances) for distances in lit]))
+    reached = np.array([sum(distance > 0.0 for distance in distances) for distances in lit])
+    best = max(np.flatnonzero(reached >= _NEARLY * reached.max()), key=lambda place: _room(rays, places[place]))
     typical = float(np.median([distance for distance in lit[best] if distance > 0.0] or [1.0]))
     position: Rgb = (float(places[best][0]), float(places[best][1]), float(places[best][2]))
     return Light("added lamp", LightKind.POINT, (np.pi * typical**2,) * 3, position)
+
+
+def _room(rays: HostRays, place: Doubles) -> float:
+    """How far it is from a place to the nearest thing along the axes."""
+    return min(rays.first(place, way)[0] for way in (*np.eye(3), *-np.eye(3)))
 
 
 def _distance(rays: HostRays, point: _Seen, place: Doubles) -> float:

@@ -31,6 +31,11 @@ def test_a_closed_room_gets_a_lamp_that_is_in_it(camera: Camera) -> None:
     assert "no sky would reach what its camera sees: a lamp was added at" in scene.report.notes[-1]
 
 
+def test_the_lamp_is_not_beside_the_wall_that_the_camera_is_at() -> None:
+    (lamp,) = room(look_at((0.0, 0.0, 0.49), (0.0, 0.0, 0.0), yfov_degrees=80.0)).lights
+    assert (np.abs(lamp.position) < 0.4).all()
+
+
 def test_a_room_that_is_open_gets_a_sky() -> None:
     scene = assemble("room", SceneParts(box()[:-1], [WHITE], cameras=[INSIDE]))
     assert (scene.sky, scene.lights) == (SOFT_SKY, ())
