@@ -27,7 +27,7 @@ export async function findFilm(api, url) {
 }
 
 /**
- * Tells of a job until it has ended; a function that stops telling.
+ * Tells of a job until it has ended; a function that stops telling. The browser also loses one as it leaves the page.
  * @param {JobInfo} job @param {(job: JobInfo) => void} told @param {(words: string) => void} lost
  */
 export function watchFilm(job, told, lost) {
@@ -39,7 +39,7 @@ export function watchFilm(job, told, lost) {
     hear(event);
   });
   events.addEventListener("error", () => {
-    if (events.readyState === EventSource.CLOSED) lost("The server tells no more of this film; it may be over.");
+    if (events.readyState === EventSource.CLOSED) lost("The server tells no more of this film. Load the page again to see what became of it.");
   });
   return () => events.close();
 }

@@ -91,6 +91,21 @@ def test_views_make_a_way_that_is_flown_changed_and_kept_in_files(page: Page, st
     expect(page.locator("#film-hint")).to_be_visible()
 
 
+def test_a_page_that_is_loaded_again_goes_on_telling_of_its_film(page: Page, stage: Stage) -> None:
+    pytest.importorskip("av", reason="the extra video is not installed")
+    page.get_by_label("size", exact=True).select_option("640x360")
+    page.get_by_label("frames a picture").fill("2")
+    set_seconds(page, "60")
+    page.get_by_role("button", name="Render film").click()
+    expect(page.locator("#film-state")).to_contain_text("of 1800")
+    stage.reload()
+    page.keyboard.press("KeyB")
+    page.locator("#film summary").click()
+    expect(page.locator("#film-state")).to_contain_text("of 1800")
+    page.get_by_role("button", name="Cancel", exact=True).click()
+    expect(page.locator("#film-job")).to_be_hidden()
+
+
 def test_the_server_renders_the_film_or_says_why_not(page: Page, stage: Stage, complaints: list[str]) -> None:
     av = pytest.importorskip("av", reason="the extra video is not installed")
     page.get_by_label("size", exact=True).select_option("640x360")

@@ -72,7 +72,7 @@ export class FilmOrder {
     try {
       this.#watch(await orderFilm(this.#api, wanted), order.name);
     } catch (error) {
-      this.#end(error instanceof FilmError ? error.message : String(error));
+      this.#forget(error instanceof FilmError ? error.message : String(error));
     }
   }
 
@@ -104,8 +104,8 @@ export class FilmOrder {
     this.#progress.value = progress;
     const picture = Math.min(Math.floor(progress * pictures) + 1, pictures);
     this.#state.textContent = state === "queued" ? "Waits for its turn" : `Picture ${picture} of ${pictures}`;
-    if (state === "failed") return this.#end(error);
-    if (state === "cancelled") return this.#end("");
+    if (state === "failed") return this.#forget(error);
+    if (state === "cancelled") return this.#forget("");
     if (state !== "done") return;
     Object.assign(this.#result, { href: resultOf(job), download: `${this.#current.name}.mp4`, hidden: false });
     this.#current = null;
@@ -118,14 +118,19 @@ export class FilmOrder {
     if (!this.#current) return;
     this.#current.ignore();
     cancelFilm(this.#current.job);
-    this.#end("");
+    this.#forget("");
     this.#submit.focus();
   }
 
   /** There is no film. @param {string} words why */
+  #forget(words) {
+    save(ORDERED, null);
+    this.#end(words);
+  }
+
+  /** Nothing more is told; a page that is loaded again asks for it. @param {string} words why */
   #end(words) {
     this.#current = null;
-    save(ORDERED, null);
     this.#box.hidden = true;
     this.#work(false);
     this.problem(words);
