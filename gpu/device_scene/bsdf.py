@@ -4,7 +4,8 @@ Single scattering, as the appendix has it: a white furnace shows that metals los
 and that the sum of both lobes gains up to 5 % on white dielectrics. The specular lobe is GGX with the height-correlated
 masking of Smith and Schlick's Fresnel term between f0 and f90 (KHR_materials_ior, KHR_materials_specular). Cloth has
 fibres over both (gpu.device_scene.sheen), which reflect by a lobe of their own and take of what is below. A thin
-film's reflectance takes the place of Schlick's (gpu.device_scene.thin_film).
+film's reflectance takes the place of Schlick's (gpu.device_scene.thin_film). Facets may lie along a grain
+(KHR_materials_anisotropy).
 """
 
 from dataclasses import dataclass
@@ -89,13 +90,58 @@ def is_followed(surface: Surface) -> bool:
 
 
 @wp.func
-def ggx_distribution(normal: wp.vec3, half: wp.vec3, alpha: float) -> float:
-    """Density of microfacet normals at unit `half` (Walter et al., Microfacet Models for Refraction, 2007, Eq. 33)."""
+def is_grained(surface: Surface) -> bool:
+    """Whether its facets lie along a direction, as those of brushed metal."""
+    return wp.length_sq(surface.grain) > 0.0
+
+
+@wp.func
+def facet_widths(surface: Surface) -> wp.vec2:
+    """α along the grain and across it (KHR_materials_anisotropy)."""
+    alpha = surface.roughness * surface.roughness
+    return wp.vec2(wp.lerp(alpha, 1.0, wp.min(wp.length(surface.grain), 1.0)), alpha)
+
+
+@wp.func
+def facet_frame(surface: Surface) -> wp.mat33:
+    """The grain, what is across it, and the normal, as columns."""
+    if is_grained(surface):
+        along = wp.normalize(surface.grain)
+        return wp.matrix_from_cols(along, wp.cross(surface.normal, along), surface.normal)
+    return orthonormal(surface.normal)
+
+
+@wp.func
+def ggx_distribution(surface: Surface, half: wp.vec3) -> float:
+    """Density of microfacet normals at unit `half` (Walter et al., Microfacet Models for Refraction, 2007, Eq. 33;
+    along a grain Heitz, Understanding the Masking-Shadowing Function, 2014, Eq. 85).
+    """
+    if is_grained(surface):
+        widths = facet_widths(surface)
+        local = wp.transpose(facet_frame(surface)) * half
+        x = local[0] / widths[0]
+        y = local[1] / widths[1]
+        square = x * x + y * y + local[2] * local[2]
+        return 1.0 / (PI * widths[0] * widths[1] * square * square)
+    alpha = surface.roughness * surface.roughness
     # 1 − cos² as a cross product, since it would cancel in float32 where the lobe is narrow.
-    sine = wp.cross(normal, half)
-    cosine = wp.dot(normal, half) * alpha
+    sine = wp.cross(surface.normal, half)
+    cosine = wp.dot(surface.normal, half) * alpha
     share = alpha / (wp.dot(sine, sine) + cosine * cosine)
     return share * share / PI
+
+
+@wp.func
+def masking_root(surface: Surface, direction: wp.vec3, cosine: float) -> float:
+    """The root in Smith's masking of facets from a unit `direction`, at an angle of `cosine` >= 0 to the normal."""
+    if is_grained(surface):
+        widths = facet_widths(surface)
+        local = wp.transpose(facet_frame(surface)) * direction
+        x = local[0] * widths[0]
+        y = local[1] * widths[1]
+        return wp.sqrt(x * x + y * y + cosine * cosine)
+    alpha = surface.roughness * surface.roughness
+    return wp.sqrt(cosine * cosine * (1.0 - alpha * alpha) + alpha * alpha)
 
 
 @wp.func
@@ -125,13 +171,13 @@ def left_by_veil(surface: Surface, view: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def specular_lobe(surface: Surface, cos_view: float, cos_light: float, half: wp.vec3) -> float:
+def specular_lobe(surface: Surface, view: wp.vec3, light: wp.vec3, half: wp.vec3) -> float:
     """Distribution, masking and shadowing of microfacets over 4·cosθ·cosθ′ (Smith's, Heitz 2014, Eq. 99) [1/sr]."""
-    alpha = surface.roughness * surface.roughness
-    rest = 1.0 - alpha * alpha
-    towards_view = cos_light * wp.sqrt(cos_view * cos_view * rest + alpha * alpha)
-    towards_light = cos_view * wp.sqrt(cos_light * cos_light * rest + alpha * alpha)
-    return 0.5 * ggx_distribution(surface.normal, half, alpha) / (towards_view + towards_light)
+    cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
+    cos_light = wp.abs(wp.dot(surface.normal, light))
+    towards_view = cos_light * masking_root(surface, view, cos_view)
+    towards_light = cos_view * masking_root(surface, light, cos_light)
+    return 0.5 * ggx_distribution(surface, half) / (towards_view + towards_light)
 
 
 @wp.func
@@ -139,10 +185,8 @@ def facet_density(surface: Surface, view: wp.vec3, half: wp.vec3) -> float:
     """Density [1/sr] of the facets that `view` sees at unit normal `half`, over 4 times the cosine between both: that
     of the directions which they mirror to it.
     """
-    alpha = surface.roughness * surface.roughness
     cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
-    root = wp.sqrt(alpha * alpha + (1.0 - alpha * alpha) * cos_view * cos_view)
-    return 0.5 * ggx_distribution(surface.normal, half, alpha) / (cos_view + root)
+    return 0.5 * ggx_distribution(surface, half) / (cos_view + masking_root(surface, view, cos_view))
 
 
 @wp.func
@@ -154,15 +198,15 @@ def specular_density(surface: Surface, view: wp.vec3, light: wp.vec3) -> float:
 @wp.func
 def sample_specular(surface: Surface, view: wp.vec3, x: float, y: float) -> LobeSample:
     """`view` mirrored at a microfacet seen from there (J. Dupuy, A. Benyoub, Sampling Visible GGX Normals, 2023)."""
-    alpha = surface.roughness * surface.roughness
-    frame = orthonormal(surface.normal)
+    widths = facet_widths(surface)
+    frame = facet_frame(surface)
     local = wp.transpose(frame) * view
     local = wp.vec3(local[0], local[1], wp.max(local[2], MIN_COSINE))
-    stretched = wp.normalize(wp.vec3(local[0] * alpha, local[1] * alpha, local[2]))
+    stretched = wp.normalize(wp.vec3(local[0] * widths[0], local[1] * widths[1], local[2]))
     height = (1.0 - x) * (1.0 + stretched[2]) - stretched[2]
     radius = wp.sqrt(wp.max(1.0 - height * height, 0.0))
     cap = wp.vec3(radius * wp.cos(TWO_PI * y), radius * wp.sin(TWO_PI * y), height) + stretched
-    half = frame * wp.normalize(wp.vec3(cap[0] * alpha, cap[1] * alpha, cap[2]))
+    half = frame * wp.normalize(wp.vec3(cap[0] * widths[0], cap[1] * widths[1], cap[2]))
     sample = LobeSample()
     sample.direction = wp.normalize(half * (2.0 * wp.dot(view, half)) - view)
     if wp.dot(sample.direction, surface.normal) > 0.0:
@@ -195,7 +239,7 @@ def sample_lobe(surface: Surface, view: wp.vec3, x: float, y: float) -> BsdfSamp
         half = wp.normalize(view + lobe.direction)
         cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
         cos_light = wp.dot(surface.normal, lobe.direction)
-        share = specular_lobe(surface, cos_view, cos_light, half) * cos_light / lobe.density
+        share = specular_lobe(surface, view, lobe.direction, half) * cos_light / lobe.density
         if is_fibrous(surface):
             share *= left_on_way(surface, cos_view, cos_light)
         sample.weight = fresnel(surface, wp.dot(view, half)) * share
@@ -220,7 +264,7 @@ def reflected_below(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     if surface.film > 0.0:
         kept = film_veil(kept)
     diffuse = wp.cw_mul(wp.vec3(1.0, 1.0, 1.0) - kept, surface.diffuse) / PI
-    return (diffuse + reflectance * specular_lobe(surface, cos_view, cos_light, half)) * cos_light
+    return (diffuse + reflectance * specular_lobe(surface, view, light, half)) * cos_light
 
 
 @wp.func
@@ -272,6 +316,9 @@ def even_below(surface: Surface, view: wp.vec3) -> wp.vec3:
         return surface.albedo
     cosine = wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0)
     rough = surface.roughness
+    if is_grained(surface):
+        widths = facet_widths(surface)
+        rough = wp.sqrt(wp.sqrt(widths[0] * widths[1]))
     squared = rough * rough
     lost = 0.067 + 1.238 * rough - 1.231 * squared + (1.257 * rough - 0.051 - 0.576 * cosine) * cosine
     whole = 1.0 - squared * lost

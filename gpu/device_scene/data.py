@@ -21,9 +21,10 @@ SHEEN_COLOR = wp.constant(7)
 SHEEN_ROUGHNESS = wp.constant(8)
 FILM = wp.constant(9)
 FILM_THICKNESS = wp.constant(10)
-COAT = wp.constant(11)
-COAT_ROUGHNESS = wp.constant(12)
-COAT_NORMAL = wp.constant(13)
+GRAIN = wp.constant(11)
+COAT = wp.constant(12)
+COAT_ROUGHNESS = wp.constant(13)
+COAT_NORMAL = wp.constant(14)
 
 
 @wp.struct
@@ -67,7 +68,8 @@ class MaterialData:
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
     blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
     coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen;
-    film, film_ior, film_least, film_most: KHR_materials_iridescence, the last two of its thickness [nm].
+    film, film_ior, film_least, film_most: KHR_materials_iridescence, the last two of its thickness [nm]; grain:
+    KHR_materials_anisotropy, along grain_turn from where u of the set grain_set grows.
     """
 
     base_color: wp.vec4
@@ -86,6 +88,9 @@ class MaterialData:
     film_ior: float
     film_least: float
     film_most: float
+    grain: float
+    grain_turn: wp.vec2
+    grain_set: int
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -127,13 +132,13 @@ class SceneData:
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,) RGBA8,
     least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky (1,):
     radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment says
-    so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, transmissive, specular: rays may hit
-    textures, narrow specular lobes, clear coats, sheen, thin films, glass, mirrors or clear glass; blended: or BLEND
-    surfaces, which are there in part; one_sided: cameras do not see the backs of some surfaces; lambertian: every
-    surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which
-    rays meet BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes); HALF: BLEND where alpha is
-    one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at random, but crossed straight
-    where they are mostly glass, and met where not.
+    so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, grained, transmissive, specular: rays
+    may hit textures, narrow specular lobes, clear coats, sheen, thin films, grain, glass, mirrors or clear glass;
+    blended: or BLEND surfaces, which are there in part; one_sided: cameras do not see the backs of some surfaces;
+    lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through;
+    coverage: a seed by which rays meet BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes);
+    HALF: BLEND where alpha is one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at
+    random, but crossed straight where they are mostly glass, and met where not.
     """
 
     opaque: Bvh
@@ -171,5 +176,6 @@ class SceneData:
     blended: bool
     sheened: bool
     filmed: bool
+    grained: bool
     coverage: wp.uint32
     through_sheets: bool

@@ -25,8 +25,8 @@ class SceneFeatures:
     environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells;
     specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
     coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
-    films: thin ones, which have colours; constants: whether kernels are told by constants what none of these is
-    (gpu.device_scene.specialisation), as those for GPUs are.
+    films: thin ones, which have colours; grain: of facets, as of brushed metal; constants: whether kernels are told by
+    constants what none of these is (gpu.device_scene.specialisation), as those for GPUs are.
     """
 
     masks: bool = True
@@ -47,6 +47,7 @@ class SceneFeatures:
     focus: bool = True
     sheen: bool = True
     films: bool = True
+    grain: bool = True
     constants: bool = True
 
     @property
@@ -70,8 +71,8 @@ EVERYTHING = SceneFeatures()
 
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
-    which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats, cloth
-    and thin films, which few scenes have, and which take most of the time that all compile.
+    which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats,
+    cloth, thin films and grain, which few scenes have, and which take most of the time that all compile.
     """
     return replace(
         EVERYTHING,
@@ -81,6 +82,7 @@ def features_of_any(has: SceneFeatures) -> SceneFeatures:
         coats=has.coats,
         sheen=has.sheen,
         films=has.films,
+        grain=has.grain,
     )
 
 
@@ -103,7 +105,8 @@ def is_specular(material: Material) -> bool:
         return False
     textured = material.metallic_roughness_slot is not None
     clear = material.transmission > 0.0 and (textured or material.roughness <= CLEAR_ROUGHNESS)
-    return clear or (material.metallic == 1.0 and (textured or material.roughness < SURFACE_PARAMETERS.mirror))
+    mirror = material.metallic == 1.0 and not material.has_grain
+    return clear or (mirror and (textured or material.roughness < SURFACE_PARAMETERS.mirror))
 
 
 def _frosted(material: Material) -> bool:
@@ -119,7 +122,7 @@ def casts_by_lobe(material: Material) -> bool:
     if _frosted(material) and (textured or CLEAR_ROUGHNESS < material.roughness < narrow):
         return True
     face = ((material.ior - 1.0) / (material.ior + 1.0)) ** 2 * material.specular * max(material.specular_color)
-    mirror = material.metallic == 1.0 and material.roughness < SURFACE_PARAMETERS.mirror
+    mirror = material.metallic == 1.0 and material.roughness < SURFACE_PARAMETERS.mirror and not material.has_grain
     lobe = textured or (material.roughness < narrow and not mirror)
     return lobe and (material.has_film or max(material.metallic, face) > BSDF_PARAMETERS.faint)
 
@@ -174,5 +177,6 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
         focus=not lambertian and any(casts_by_lobe(material) for material in materials),
         sheen=not lambertian and any(material.has_sheen for material in materials),
         films=not lambertian and any(material.has_film for material in materials),
+        grain=not lambertian and any(material.has_grain for material in materials),
         constants=constants,
     )

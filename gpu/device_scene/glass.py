@@ -9,7 +9,7 @@ from what goes through as of the brightest. Radiance that enters a denser body g
 
 import warp as wp
 
-from gpu.device_scene.bsdf import MIN_COSINE, BsdfSample, facet_density, largest, sample_specular, specular_lobe
+from gpu.device_scene.bsdf import BsdfSample, facet_density, largest, sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
 from gpu.device_scene.thin_film import film_reflectance
 from gpu.sampling.sobol import BELOW_ONE
@@ -149,9 +149,7 @@ def glass_value(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     facet = facet_of(surface, view, light)
     cosine = wp.dot(view, facet)
     reflects = glass_fresnel(surface, cosine)
-    cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
-    cos_light = wp.abs(wp.dot(surface.normal, light))
-    lobe = specular_lobe(surface, cos_view, cos_light, facet) * cos_light
+    lobe = specular_lobe(surface, view, light, facet) * wp.abs(wp.dot(surface.normal, light))
     if wp.dot(surface.normal, light) > 0.0:
         return reflected_colour(surface, cosine) * (reflects * lobe)
     if surface.thin:

@@ -73,6 +73,7 @@ def part_of(surface: Surface, chosen: PartChoice) -> Surface:
         surface.mirror = False
         surface.sheen = wp.vec3(0.0, 0.0, 0.0)
         surface.film = 0.0
+        surface.grain = wp.vec3(0.0, 0.0, 0.0)
     return surface
 
 

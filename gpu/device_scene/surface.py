@@ -44,7 +44,8 @@ class Surface:
     sheen_roughness, over what is no glass; what they take of the light that comes from there to where the surface is
     seen from, diffuse, f0 and f90 are without. film: how much of a thin film is over the faces that reflect, of index
     film_ior and film_thickness [nm]; film_f0: specular reflectance below it over f90, at normal incidence. f0 is that
-    with which Schlick's law has the film's colour from where the surface is seen.
+    with which Schlick's law has the film's colour from where the surface is seen. grain: where highlights are long, a
+    direction across `normal` that is as long as α along it is nearer to 1; zero without.
     """
 
     position: wp.vec3
@@ -72,13 +73,14 @@ class Surface:
     film_ior: float
     film_thickness: float
     film_f0: wp.vec3
+    grain: wp.vec3
 
 
 @wp.func
-def bent_normal(scene: SceneData, face: int, normal: wp.vec3, place: wp.vec3, uv_set: int, scale: float) -> wp.vec3:
-    """The interpolated `normal` bent by what a map has at a `place`, if there is one, that follows a UV set."""
-    if uv_set == NO_MAP:
-        return normal
+def tangent_of(scene: SceneData, face: int, normal: wp.vec3, uv_set: int) -> wp.vec4:
+    """The unit tangent across `normal` along which u of a UV set grows, zero where there is none; and the sign of the
+    set's area, which mirrors v.
+    """
     corner = scene.triangles[face]
     p0 = scene.vertices[corner[0]]
     uv0 = scene.uvs[uv_set, corner[0]]
@@ -90,13 +92,48 @@ def bent_normal(scene: SceneData, face: int, normal: wp.vec3, place: wp.vec3, uv
     along_u = (edge1 * d2[1] - edge2 * d1[1]) * wp.sign(determinant)
     tangent = along_u - normal * wp.dot(along_u, normal)
     if wp.length_sq(tangent) == 0.0:
-        return normal
+        return wp.vec4(0.0, 0.0, 0.0, 0.0)
     tangent = wp.normalize(tangent)
+    return wp.vec4(tangent[0], tangent[1], tangent[2], wp.sign(determinant))
+
+
+@wp.func
+def along_surface(tangent: wp.vec4, normal: wp.vec3, x: float, y: float) -> wp.vec3:
+    """(x, y) of a texture of directions by `tangent_of` and the `normal` of a triangle's front."""
+    along = wp.vec3(tangent[0], tangent[1], tangent[2])
     # glTF: green points up in the image, against v. Where u × v points along the normal, that is against normal × u.
-    bitangent = wp.cross(normal, tangent) * -wp.sign(determinant)
+    return along * x + wp.cross(normal, along) * (-tangent[3] * y)
+
+
+@wp.func
+def bent_normal(scene: SceneData, face: int, normal: wp.vec3, place: wp.vec3, uv_set: int, scale: float) -> wp.vec3:
+    """The interpolated `normal` bent by what a map has at a `place`, if there is one, that follows a UV set."""
+    if uv_set == NO_MAP:
+        return normal
+    tangent = tangent_of(scene, face, normal, uv_set)
+    if tangent[3] == 0.0:
+        return normal
     x = (2.0 * place[0] - 1.0) * scale
     y = (2.0 * place[1] - 1.0) * scale
-    return wp.normalize(tangent * x + bitangent * y + normal * wp.max(2.0 * place[2] - 1.0, 0.01))
+    return wp.normalize(along_surface(tangent, normal, x, y) + normal * wp.max(2.0 * place[2] - 1.0, 0.01))
+
+
+@wp.func
+def grain_at(scene: SceneData, face: int, front: wp.vec3, normal: wp.vec3, texel: wp.vec3) -> wp.vec3:
+    """Surface.grain of a triangle whose shading `normal` on its `front` is known, where the map has `texel`
+    (KHR_materials_anisotropy).
+    """
+    material = scene.materials[scene.triangle_material[face]]
+    tangent = tangent_of(scene, face, normal, material.grain_set)
+    x = 2.0 * texel[0] - 1.0
+    y = 2.0 * texel[1] - 1.0
+    turn = material.grain_turn
+    along = along_surface(tangent, front, x * turn[0] - y * turn[1], x * turn[1] + y * turn[0])
+    along = along - normal * wp.dot(along, normal)
+    if wp.length_sq(along) == 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    strength = material.grain * texel[2]
+    return wp.normalize(along) * (strength * strength)
 
 
 @wp.func
@@ -276,4 +313,7 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     if scene.sheened and wp.length_sq(material.sheen_color) > 0.0 and surface.glass == 0.0:
         color = wp.cw_mul(material.sheen_color, texels.sheen_color)
         surface = below_sheen(surface, -direction, color, material.sheen_roughness * texels.sheen_roughness)
+    if scene.grained and material.grain > 0.0 and surface.glass == 0.0:
+        surface.grain = grain_at(scene, hit.face, front, surface.normal, texels.grain)
+        surface.mirror = False
     return surface

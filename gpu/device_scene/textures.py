@@ -10,6 +10,7 @@ from gpu.device_scene.data import (
     EMISSION,
     FILM,
     FILM_THICKNESS,
+    GRAIN,
     METALLIC_ROUGHNESS,
     NORMAL,
     SHEEN_COLOR,
@@ -138,8 +139,8 @@ def sample_alpha(scene: SceneData, face: int, u: float, v: float) -> float:
 
 @wp.struct
 class MaterialTexels:
-    """What a material's textures say of a place, but for emission: 1 where there is none. normal, coat_normal: as the
-    maps have them, from 0 to 1; normal_set, coat_normal_set: the UV sets that they follow, NO_MAP without one.
+    """What a material's textures say of a place, but for emission: 1 where there is none. normal, coat_normal, grain:
+    as the maps have them, from 0 to 1; normal_set, coat_normal_set: the UV sets that they follow, NO_MAP without one.
     """
 
     base_color: wp.vec3
@@ -152,6 +153,7 @@ class MaterialTexels:
     sheen_roughness: float
     film: float
     film_thickness: float
+    grain: wp.vec3
     coat: float
     coat_roughness: float
     normal: wp.vec3
@@ -177,6 +179,7 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
     texels.sheen_roughness = 1.0
     texels.film = 1.0
     texels.film_thickness = 1.0
+    texels.grain = wp.vec3(1.0, 0.5, 1.0)
     texels.coat = 1.0
     texels.coat_roughness = 1.0
     texels.normal_set = NO_MAP
@@ -211,6 +214,8 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
                     texels.film = found[0]
                 elif scene.filmed and slot.use == FILM_THICKNESS:
                     texels.film_thickness = found[1]
+                elif scene.grained and slot.use == GRAIN:
+                    texels.grain = colour
                 elif slot.use == COAT:
                     texels.coat = found[0]
                 elif slot.use == COAT_ROUGHNESS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from functools import cache, cached_property
+from math import cos, sin
 from threading import Lock
 from typing import Any
 
@@ -23,6 +24,7 @@ from gpu.device_scene.data import (
     EMISSION,
     FILM,
     FILM_THICKNESS,
+    GRAIN,
     METALLIC_ROUGHNESS,
     NORMAL,
     SHEEN_COLOR,
@@ -79,6 +81,7 @@ def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
         SHEEN_ROUGHNESS: material.sheen_roughness_slot,
         FILM: material.iridescence_slot,
         FILM_THICKNESS: material.iridescence_thickness_slot,
+        GRAIN: material.anisotropy_slot,
         COAT: material.clearcoat_slot,
         COAT_ROUGHNESS: material.clearcoat_roughness_slot,
         COAT_NORMAL: material.clearcoat_normal_slot,
@@ -105,6 +108,8 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["coat_normal_scale"] = material.clearcoat_normal_scale
     row["film"], row["film_ior"] = material.iridescence, material.iridescence_ior
     row["film_least"], row["film_most"] = material.iridescence_least, material.iridescence_most
+    row["grain"], row["grain_set"] = material.anisotropy, material.grain_set
+    row["grain_turn"] = cos(material.anisotropy_rotation), sin(material.anisotropy_rotation)
     row["double_sided"] = bool(material.double_sided)
 
 
@@ -405,6 +410,7 @@ class DeviceScene:
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
         data.sheened = any(material.has_sheen for material in scene.materials)
         data.filmed = any(material.has_film for material in scene.materials)
+        data.grained = any(material.has_grain for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky may show the same picture."""

@@ -20,7 +20,7 @@ from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.direct.light_selection import LightPick, LightProbes, LightSelection, bins_at, learnt_pick
-from gpu.gbuffer.gbuffer import GBuffer, fibrous_surface_of, surface_of
+from gpu.gbuffer.gbuffer import GBuffer, surface_reader
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.resampling import candidate_at
@@ -212,7 +212,7 @@ def count_of(samples: DirectSamples, pixel: int) -> int:
 @made_for(*LOOK, "gloss", "backdrop", "panes", "environment")
 def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
     """The kernel for scenes of these `features`; learnt: samples have a selection."""
-    specialise, surface_of_pixel = specialisation(features), fibrous_surface_of if features.sheen else surface_of
+    specialise, surface_of_pixel = specialisation(features), surface_reader(sheen=features.sheen, grain=features.grain)
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=RAY_REGISTERS)

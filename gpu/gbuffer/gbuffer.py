@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from enum import Enum
+from functools import cache
 
 import warp as wp
 
@@ -27,16 +28,18 @@ class GBuffer:
     pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
     specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
     roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera,
-    where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, one element in scenes
-    without;
+    where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, grain: as of Surface, one
+    element in scenes without;
     emitted: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs
     are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem
-    to be, as far along the pixel's ray as light has come. gloss: whether there may be narrow specular lobes.
+    to be, as far along the pixel's ray as light has come. gloss, grained: whether there may be narrow specular
+    lobes, and a grain.
     """
 
     chains: bool
     gloss: bool
     traces_gloss: bool
+    grained: bool
     face: wp.array[int]
     position: wp.array[wp.vec3]
     geometric_normal: wp.array[wp.vec3]
@@ -49,6 +52,7 @@ class GBuffer:
     f90: wp.array[float]
     roughness: wp.array[float]
     sheen: wp.array[wp.vec4]
+    grain: wp.array[wp.vec3]
     throughput: wp.array[wp.vec3]
     emitted: wp.array[wp.vec3]
     apparent: wp.array[wp.vec3]
@@ -63,6 +67,9 @@ def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *,
         gbuffer.apparent = gbuffer.position
     if not features.sheen:
         gbuffer.sheen = wp.zeros(1, dtype=wp.vec4, device=device)
+    gbuffer.grained = features.grain
+    if not features.grain:
+        gbuffer.grain = wp.zeros(1, dtype=wp.vec3, device=device)
     return gbuffer
 
 
@@ -87,17 +94,26 @@ def surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
     surface.f0 = gbuffer.f0[pixel]
     surface.f90 = gbuffer.f90[pixel]
     surface.roughness = gbuffer.roughness[pixel]
+    if gbuffer.grained:
+        surface.grain = gbuffer.grain[pixel]
     return surface
 
 
-@wp.func
-def fibrous_surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
-    """`surface_of` with its sheen."""
-    surface = surface_of(gbuffer, pixel)
-    sheen = gbuffer.sheen[pixel]
-    surface.sheen = wp.vec3(sheen[0], sheen[1], sheen[2])
-    surface.sheen_roughness = sheen[3]
-    return surface
+@cache
+def surface_reader(*, sheen: bool, grain: bool) -> wp.Function:
+    """`surface_of` for scenes that have these or not."""
+
+    @wp.func
+    def surface_of_pixel(gbuffer: GBuffer, pixel: int) -> Surface:
+        gbuffer.grained = wp.static(grain)
+        surface = surface_of(gbuffer, pixel)
+        if wp.static(sheen):
+            fibres = gbuffer.sheen[pixel]
+            surface.sheen = wp.vec3(fibres[0], fibres[1], fibres[2])
+            surface.sheen_roughness = fibres[3]
+        return surface
+
+    return surface_of_pixel
 
 
 @wp.func
@@ -119,8 +135,8 @@ class Lobes(Enum):
 @made_for(*LOOK, "one_sided", "backdrop", "specular", "blend", "glass", "panes", "environment", "frosted", "coats")
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise, frosted, coats, fibrous, films = (
-        specialisation(features), features.frosted, features.coats, features.sheen, features.films
+    specialise, frosted, coats, fibrous, films, grained = (
+        specialisation(features), features.frosted, features.coats, features.sheen, features.films, features.grain
     )  # fmt: skip
 
     @wp.kernel(module="unique")
@@ -180,6 +196,8 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
         if wp.static(fibrous):
             sheen = surface.sheen
             out.sheen[pixel] = wp.vec4(sheen[0], sheen[1], sheen[2], surface.sheen_roughness)
+        if wp.static(grained):
+            out.grain[pixel] = surface.grain
 
     return primary_ray_kernel
 

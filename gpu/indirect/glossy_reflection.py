@@ -24,7 +24,7 @@ from gpu.device_scene.surface import Surface
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
-from gpu.gbuffer.gbuffer import GBuffer, surface_of
+from gpu.gbuffer.gbuffer import GBuffer, surface_of, surface_reader
 from gpu.indirect.frosted_glass import frosted_ray_kernel
 from gpu.indirect.lobe_light import (
     GLOSS_PARAMETERS,
@@ -56,7 +56,7 @@ def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
 @made_for(*LOOK, "panes", "glass", "one_sided", "backdrop", "environment")
 def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise = specialisation(features)
+    specialise, surface_of_pixel = specialisation(features), surface_reader(sheen=False, grain=features.grain)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=REGISTERS)
     def glossy_ray_kernel(
@@ -79,7 +79,7 @@ def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         if traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel]) == 0.0:
             return
         scene = specialise(scene)
-        surface = surface_of(gbuffer, pixel)
+        surface = surface_of_pixel(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         place = morton_2d(pixel % image.width, pixel // image.width)
         point = sobol_pair_at(place, samples.frame_index[0], LOBE_PAIR, samples.seed)

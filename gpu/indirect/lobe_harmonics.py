@@ -3,7 +3,7 @@
 import warp as wp
 
 from gpu.core.constants import GOLDEN_RATIO
-from gpu.device_scene.bsdf import MIN_COSINE, sample_specular, specular_lobe
+from gpu.device_scene.bsdf import sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
 
@@ -27,7 +27,6 @@ def lobe_harmonics(surface: Surface, view: wp.vec3) -> LobeHarmonics:
     lobe = LobeHarmonics()
     whole = Harmonics()
     rise = Harmonics()
-    cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
     number = int(0)  # of a loop that is not unrolled
     while number < DIRECTIONS:
         x = (float(number) + 0.5) / float(DIRECTIONS)
@@ -36,7 +35,7 @@ def lobe_harmonics(surface: Surface, view: wp.vec3) -> LobeHarmonics:
         cos_light = wp.dot(surface.normal, sample.direction)
         if sample.density > 0.0 and cos_light > 0.0:
             half = wp.normalize(view + sample.direction)
-            weight = specular_lobe(surface, cos_view, cos_light, half) * cos_light / sample.density
+            weight = specular_lobe(surface, view, sample.direction, half) * cos_light / sample.density
             values = harmonics_at(sample.direction) * (weight / float(DIRECTIONS))
             whole += values
             rise += values * wp.pow(1.0 - wp.clamp(wp.dot(view, half), 0.0, 1.0), 5.0)

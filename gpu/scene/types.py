@@ -74,10 +74,10 @@ class Material:
     """A glTF metallic-roughness material. Colours are linear Rec. 709; emission is radiance [W/m²/sr].
 
     double_sided: whether both sides are seen and emit, or the front alone; None where a format does not tell: both are
-    seen, and the front emits. iridescence_least, iridescence_most: thickness of its film [nm]. backdrop: its triangles
-    are a sky around the scene, seen behind everything; they neither stop nor reflect light. stays_light: it is among
-    the lights even where an edit leaves it no emission. path_color: the emission that light paths are drawn by
-    (gpu.scene.lighting.path_light), None: its own.
+    seen, and the front emits. iridescence_least, iridescence_most: thickness of its film [nm]. anisotropy_rotation:
+    [rad]. backdrop: its triangles are a sky around the scene, seen behind everything; they neither stop nor reflect
+    light. stays_light: it is among the lights even where an edit leaves it no emission. path_color: the emission that
+    light paths are drawn by (gpu.scene.lighting.path_light), None: its own.
     """
 
     name: str = "default"
@@ -121,6 +121,9 @@ class Material:
     iridescence_most: float = 400.0
     iridescence_slot: TextureSlot | None = None
     iridescence_thickness_slot: TextureSlot | None = None
+    anisotropy: float = 0.0
+    anisotropy_rotation: float = 0.0
+    anisotropy_slot: TextureSlot | None = None
     stays_light: bool = field(default=False, compare=False)
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
@@ -143,6 +146,17 @@ class Material:
     def has_film(self) -> bool:
         """Whether there is a thin film on its surfaces that has colours."""
         return self.iridescence > 0.0 and not self.unlit
+
+    @property
+    def has_grain(self) -> bool:
+        """Whether its highlights are longer in one direction than in others."""
+        return self.anisotropy > 0.0 and not self.unlit
+
+    @property
+    def grain_set(self) -> int:
+        """The UV set that tells the directions of its grain: that of its normal map, else of the grain's own, or 0."""
+        slot = self.normal_slot or self.anisotropy_slot
+        return 0 if slot is None else slot.uv_set
 
     @property
     def is_clear(self) -> bool:

@@ -77,7 +77,7 @@ def check_materials(source: str, materials: Sequence[Material], textures: int, l
                 values = np.atleast_1d(np.asarray(value, float))
                 if name != "attenuation_distance":
                     check_finite(source, field, values)
-                if name != "normal_scale" and not (values >= 0.0).all():
+                if name not in ("normal_scale", "anisotropy_rotation") and not (values >= 0.0).all():
                     raise SceneError(source, field, f"must not be negative, but is {value}")
 
 

@@ -27,7 +27,7 @@ VECTOR, NUMBER = 12, 4
 _ARRAYS = [
     variable.type.dtype
     for name, variable in GBuffer.vars.items()
-    if name not in ("chains", "gloss", "traces_gloss", "apparent", "sheen")
+    if name not in ("chains", "gloss", "traces_gloss", "grained", "apparent", "sheen", "grain")
 ]
 GBUFFER = sum(wp.types.type_size_in_bytes(dtype) for dtype in _ARRAYS)
 

@@ -19,6 +19,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(clearcoat=0.5),
         Material(sheen_color=(0.0, 0.5, 0.0)),
         Material(iridescence=0.5),
+        Material(anisotropy=0.5),
         Material(alpha_mode=AlphaMode.BLEND),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
@@ -26,7 +27,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
     hidden = ("environment", "alpha", "blend", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats",
-              "focus", "sheen", "films")  # fmt: skip
+              "focus", "sheen", "films", "grain")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -134,6 +135,6 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
 
 def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    rare = {"frosted": False, "coats": False, "sheen": False, "films": False}
+    rare = {"frosted": False, "coats": False, "sheen": False, "films": False, "grain": False}
     assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING

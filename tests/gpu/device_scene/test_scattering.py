@@ -22,6 +22,7 @@ from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.scene.types import Doubles
 
 NORMAL, SIDE = np.array([0.48, -0.6, 0.64]), np.array([0.8, 0.0, -0.6])
+GRAIN = np.cross(NORMAL, SIDE) * 0.8 + SIDE * 0.6
 # Of the cells: where they meet, the grid is coarse, so it is aside of all lobes.
 AXIS = np.cross(NORMAL, SIDE)
 SAMPLES = 1 << 15
@@ -70,13 +71,15 @@ def choice_kernel(first: int, surface: Surface, choices: wp.array[float], out: w
 
 def surface_of(roughness: float, *, diffuse: float = 0.0, f0: float = 0.0, glass: float = 0.0, eta: float = 1.5,
                thin: bool = False, flipped: bool = False,
-               sheen: tuple[float, float] = (0.0, 0.0), film: float = 0.0) -> Surface:  # fmt: skip
+               sheen: tuple[float, float] = (0.0, 0.0), film: float = 0.0,
+               grain: float = 0.0) -> Surface:  # fmt: skip
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*(-NORMAL if flipped else NORMAL))
     surface.albedo, surface.diffuse, surface.f0 = wp.vec3(1.0, 1.0, 1.0), wp.vec3(diffuse), wp.vec3(f0)
     surface.f90, surface.roughness = float(f0 > 0.0), roughness
     surface.glass, surface.eta, surface.thin, surface.clear = glass, eta, thin, roughness == 0.0
     surface.sheen, surface.sheen_roughness = wp.vec3(sheen[0]), sheen[1]
+    surface.grain = wp.vec3(*(grain * GRAIN))
     surface.film, surface.film_ior, surface.film_thickness, surface.film_f0 = film, 1.8, 250.0, wp.vec3(f0)
     return surface
 
@@ -126,6 +129,8 @@ CASES = {
     "plastic": surface_of(0.4, diffuse=0.5, f0=0.04),
     "metal": surface_of(0.5, f0=0.9),
     "rough metal": surface_of(1.0, f0=0.9),
+    "brushed metal": surface_of(0.5, f0=0.9, grain=0.4),
+    "brushed lacquer": surface_of(0.4, diffuse=0.5, f0=0.04, grain=0.1),
     "frosted body": surface_of(0.5, glass=1.0),
     "rough body": surface_of(0.9, glass=1.0),
     "dense body": surface_of(0.6, glass=1.0, eta=2.4),

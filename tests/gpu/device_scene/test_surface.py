@@ -306,6 +306,40 @@ def test_glass_has_no_sheen_and_mirrors_with_sheen_are_lobes() -> None:
 
 
 @wp.kernel
+def grain_kernel(first: int, scene: SceneData, side: float, out: wp.array[wp.vec4]) -> None:
+    """The grain as it is seen from before or behind (side ±1), and whether the surface is a mirror."""
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -side)
+    surface = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, side), direction, 10.0), direction)
+    out[index] = wp.vec4(surface.grain[0], surface.grain[1], surface.grain[2], float(int(surface.mirror)))
+
+
+def grain_of(material: Material, *, side: float = 1.0, **rest: Any) -> Doubles:
+    data = wall(material, textures=[textured((128, 255, 128))], **rest).data
+    return np.asarray(results(grain_kernel, 1, [data, side], wp.vec4)[0])
+
+
+def test_grain_lies_along_u_as_its_factors_and_textures_turn_it() -> None:
+    brushed = Material(metallic=1.0, roughness=0.0, anisotropy=0.5)
+    assert np.allclose(grain_of(brushed), [0.25, 0.0, 0.0, 0.0])
+    turned = replace(brushed, anisotropy_rotation=np.pi / 3.0)
+    # Counter-clockwise from u towards where the image's top is, which is against v: downwards here.
+    assert np.allclose(grain_of(turned)[:3], [0.125, -0.25 * 0.75**0.5, 0.0], atol=1e-6)
+    assert np.allclose(np.abs(grain_of(turned, side=-1.0)[:3]), [0.125, 0.25 * 0.75**0.5, 0.0], atol=1e-6)
+    mapped = replace(brushed, anisotropy_slot=TextureSlot(0))
+    assert np.allclose(grain_of(mapped)[:3], [0.0, -((0.5 * 128 / 255) ** 2), 0.0], atol=1e-3)
+    assert grain_of(replace(brushed, anisotropy=0.0))[3] == 1.0
+    for plain in (replace(brushed, unlit=True), replace(brushed, metallic=0.0, transmission=1.0)):
+        assert not grain_of(plain)[:3].any()
+
+
+def test_without_uvs_there_is_no_direction_to_grain() -> None:
+    square = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])
+    bare = resident_of([replace(square, uvs=())], [Material(metallic=1.0, anisotropy=1.0)])
+    assert not results(grain_kernel, 1, [bare.data, 1.0], wp.vec4)[0, :3].any()
+
+
+@wp.kernel
 def film_kernel(first: int, scene: SceneData, out: wp.array[wp.vec4]) -> None:
     """A film's share, index, thickness and what it makes of red."""
     index = first + wp.tid()

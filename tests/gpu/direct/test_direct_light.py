@@ -243,3 +243,21 @@ def test_cloth_shines_back_to_where_light_comes_from() -> None:
     expected = results(sun_kernel, 1, [surface, wp.vec3(-0.6, 0.8, 0.0), wp.vec3(*light)], wp.vec3)[0]
     assert expected[1] > 0.01
     assert np.allclose(picture, expected * SUN.intensity, rtol=0.01)
+
+
+def test_brushed_metal_has_highlights_along_its_grain() -> None:
+    """u of the floor grows along z: what mirrors the sun is as bright as it is, what is beside that along z as well."""
+    material = Material(metallic=1.0, roughness=0.4, anisotropy=0.8)
+    device_scene = resident_of([floor()], [material], lights=[SUN])
+    surface = Surface()
+    surface.normal = surface.geometric_normal = wp.vec3(*UP)
+    surface.f0, surface.f90, surface.roughness = wp.vec3(1.0, 1.0, 1.0), 1.0, 0.4
+    surface.grain = wp.vec3(0.0, 0.0, 0.64)
+    light, seen = -np.array(SUN.direction), []
+    for view in ((0.6, 0.8, 0.0), (0.48, 0.64, 0.6), (0.0, 1.0, 0.0)):
+        base = look_at(tuple(0.1 * np.array(view)), (0.0, 0.0, 0.0), up=(0.1, 0.2, 0.3))
+        picture = direct(device_scene, Camera("spot", base.to_world, 1e-3, orthographic=True))
+        expected = results(sun_kernel, 1, [surface, wp.vec3(*view), wp.vec3(*light)], wp.vec3)[0]
+        assert np.allclose(picture, expected * SUN.intensity, rtol=0.01)
+        seen.append(expected[0])
+    assert seen[1] > 3.0 * seen[2]

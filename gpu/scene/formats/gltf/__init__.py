@@ -1,5 +1,6 @@
 """glTF 2.0 files (.gltf, .glb), read from their JSON: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html."""
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -43,9 +44,11 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
     lights = read_lights(document, placed.values())
     animations = read_animations(buffers, Movable(placed, [light.number for light in lights]))
     moved = moved_nodes(animations, placed)
-    parts = Geometry(buffers, materials, chosen_variant(document, variant), moved).parts(placed)
-    if not any(part.material == len(materials) - 1 for part in parts):
-        materials.pop()
+    geometry = Geometry(buffers, materials, chosen_variant(document, variant), moved)
+    parts = geometry.parts(placed)
+    if not any(part.material == geometry.default for part in parts):
+        materials.pop(geometry.default)
+        parts = [replace(part, material=part.material - (part.material > geometry.default)) for part in parts]
     cameras = read_cameras(document, placed.values(), _box(parts))
     say_unused(document, placed.values(), materials)
     # The format's metre is not what every file keeps to: it is taken where the size is likely.

@@ -12,6 +12,7 @@ SUPPORTED = frozenset(
         "KHR_animation_pointer",
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
+        "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
@@ -42,7 +43,6 @@ _LIBRARIES = {
 # Without these a surface has less gloss, or colour in its gloss, and a file is only described.
 _DISPENSABLE = frozenset(
     {
-        "KHR_materials_anisotropy",
         "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
         "KHR_xmp",

@@ -13,6 +13,7 @@ from gpu.scene.formats.gltf.buffers import Buffers
 from gpu.scene.formats.gltf.hierarchy import PlacedNode
 from gpu.scene.formats.gltf.primitives import Primitive, read_primitive
 from gpu.scene.formats.gltf.skins import bindings, read_skin
+from gpu.scene.formats.gltf.tangents import turn_of
 from gpu.scene.formats.gltf.transforms import instance_matrices
 from gpu.scene.formats.gltf.values import Value
 from gpu.scene.formats.gltf.variants import with_material
@@ -25,8 +26,8 @@ _ONE = np.eye(4)[None]
 
 @dataclass
 class Geometry:
-    """Reads the meshes that nodes show. materials: those of the file, then the default; variant: the chosen one;
-    moved: what animations move.
+    """Reads the meshes that nodes show. materials: those of the file, then the default, then those whose grain the
+    tangents of meshes turn, as they are found; variant: the chosen one; moved: what animations move.
     """
 
     buffers: Buffers
@@ -36,8 +37,12 @@ class Geometry:
     _primitives: dict[tuple[str, frozenset[int]], Primitive | None] = field(default_factory=dict)
     _used: dict[int, list[int]] = field(default_factory=dict)
     _skins: dict[str, Skin | None] = field(default_factory=dict)
+    _turned: dict[tuple[int, float], int] = field(default_factory=dict)
     _triangles: int = 0
     _vertices: int = 0
+
+    def __post_init__(self) -> None:
+        self.default = len(self.materials) - 1
 
     def parts(self, placed: dict[str, PlacedNode]) -> list[MeshPart]:
         """The mesh parts of all nodes. Raises SceneError when a mesh is broken or limits are exceeded."""
@@ -86,7 +91,7 @@ class Geometry:
             if primitive is None:
                 continue
             self._count(primitive, len(instances))
-            part = _part(primitive, material, name)
+            part = _part(primitive, self._with_grain(material, primitive), name)
             body = Body(
                 node.number, part.positions, part.normals, primitive.triangles, instances, primitive.targets, weights
             )
@@ -105,7 +110,7 @@ class Geometry:
         return frozenset(number for number, weight in enumerate(weights) if weight != 0.0)
 
     def _material(self, entry: Value) -> int:
-        default = len(self.materials) - 1
+        default = self.default
         place = with_material(entry, self.variant)
         if not place.has("material"):
             return default
@@ -114,8 +119,9 @@ class Geometry:
     def _primitive(self, entry: Value, targets: frozenset[int]) -> Primitive | None:
         key = (entry.path, targets)
         if key not in self._primitives:
-            used = self._uv_sets(self._material(entry))
-            primitive = read_primitive(self.buffers, entry, max(used, default=-1) + 1, targets)
+            material = self._material(entry)
+            used, tangents = self._uv_sets(material), self.materials[material].has_grain
+            primitive = read_primitive(self.buffers, entry, max(used, default=-1) + 1, targets, tangents=tangents)
             missing = {f"TEXCOORD_{uv_set}" for uv_set in used} - primitive.attributes.keys() if primitive else ()
             for name in sorted(missing):
                 problem = f"has no {name} for its textures; (0, 0) was used"
@@ -125,8 +131,25 @@ class Geometry:
 
     def _uv_sets(self, material: int) -> list[int]:
         if material not in self._used:
-            self._used[material] = [slot.uv_set for slot in slots(self.materials[material]).values()]
+            look = self.materials[material]
+            grain = [look.grain_set] if look.has_grain else []
+            self._used[material] = [*(slot.uv_set for slot in slots(look).values()), *grain]
         return self._used[material]
+
+    def _with_grain(self, material: int, primitive: Primitive) -> int:
+        """The number of the material whose grain lies as a primitive's tangents tell."""
+        look = self.materials[material]
+        if not look.has_grain:
+            return material
+        turn, together = turn_of(primitive, look.grain_set)
+        if not together:
+            problem = "has tangents that turn against its UVs; its anisotropy has their mean direction"
+            self.buffers.document.notes.add(problem, primitive.path)
+        key = material, round(turn, 3)
+        if turn and key not in self._turned:
+            self._turned[key] = len(self.materials)
+            self.materials.append(replace(look, anisotropy_rotation=look.anisotropy_rotation + turn))
+        return self._turned.get(key, material)
 
     def _count(self, primitive: Primitive, instances: int) -> None:
         """Raise SceneError before memory is taken for more triangles or vertices than allowed."""

@@ -15,7 +15,8 @@ _ALPHA_MODES = {"OPAQUE": AlphaMode.OPAQUE, "MASK": AlphaMode.MASK, "BLEND": Alp
 _MOST = 1e30  # radiance: so that float32 holds what is computed with it
 _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
-_EXTENSIONS = ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen", "iridescence")
+_EXTENSIONS = ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen", "iridescence",
+               "anisotropy")  # fmt: skip
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
@@ -34,7 +35,7 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
     """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior, coat, sheen, film = (
+    transmission, volume, specular, strength, ior, coat, sheen, film, grain = (
         entry.named_extension(f"KHR_materials_{name}") for name in _EXTENSIONS
     )
     _say_unused(images, entry, volume)
@@ -84,6 +85,9 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         iridescence_most=film.factor("iridescenceThicknessMaximum", 400.0, 0.0, _LARGE),
         iridescence_slot=_slot(images, film, "iridescenceTexture"),
         iridescence_thickness_slot=_slot(images, film, "iridescenceThicknessTexture"),
+        anisotropy=grain.factor("anisotropyStrength", 0.0, 0.0, 1.0),
+        anisotropy_rotation=grain.factor("anisotropyRotation", 0.0, -_LARGE, _LARGE),
+        anisotropy_slot=_slot(images, grain, "anisotropyTexture"),
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = (

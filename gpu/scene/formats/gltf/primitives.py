@@ -16,7 +16,8 @@ from gpu.scene.types import Doubles
 
 _POINTS_AND_LINES = (0, 1, 2, 3)
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_COMPONENTS = {"POSITION": (3,), "NORMAL": (3,), "COLOR": (3, 4), "TEXCOORD": (2,), "JOINTS": (4,), "WEIGHTS": (4,)}
+_COMPONENTS = {"POSITION": (3,), "NORMAL": (3,), "TANGENT": (4,), "COLOR": (3, 4), "TEXCOORD": (2,), "JOINTS": (4,),
+               "WEIGHTS": (4,)}  # fmt: skip
 # What stands for a row that is not finite; a normal of 0 becomes the geometric one.
 _OTHERWISE = {"NORMAL": (0.0, "geometric normals were"), "COLOR": (1.0, "white was")}
 
@@ -31,8 +32,10 @@ class Primitive:
     targets: tuple[MorphTarget, ...]
 
 
-def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, targets: Collection[int]) -> Primitive | None:
-    """The primitive at `entry` with its first `uv_sets` UV sets, and with those of its morph targets that are named.
+def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, targets: Collection[int], *,
+                   tangents: bool = False) -> Primitive | None:  # fmt: skip
+    """The primitive at `entry` with its first `uv_sets` UV sets, with those of its morph targets that are named, and
+    with its tangents if these are wanted.
 
     None, and said, where there is no surface: points, lines, no positions. Attributes other than positions are left
     out when they are broken. Raises SceneError when positions or indices are.
@@ -46,7 +49,7 @@ def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, targets: Collec
     if not listed.has("POSITION"):
         ignored.add("has no positions and was left out", entry.path)
         return None
-    components = {name: _COMPONENTS[_base(name)] for name in sorted(listed.raw) if _is_read(name, uv_sets)}
+    components = {name: _COMPONENTS[_base(name)] for name in sorted(listed.raw) if _is_read(name, uv_sets, tangents)}
     compressed = entry.extension("KHR_draco_mesh_compression")
     decoded, indices = read_draco(buffers, entry, compressed, components) if compressed else ({}, None)
     positions = decoded["POSITION"] if "POSITION" in decoded else read_floats(buffers, listed, "POSITION", (3,))
@@ -91,11 +94,13 @@ def _base(name: str) -> str:
     return name.rpartition("_")[0] or name
 
 
-def _is_read(name: str, uv_sets: int) -> bool:
+def _is_read(name: str, uv_sets: int, tangents: bool) -> bool:
     """Whether the attribute is one of those that surfaces and skins are made of."""
     base, _, number = name.rpartition("_")
     if base == "TEXCOORD":
         return number in map(str, range(uv_sets))
+    if name == "TANGENT":
+        return tangents
     return name in ("POSITION", "NORMAL", "COLOR_0") or (base in ("JOINTS", "WEIGHTS") and number.isdecimal())
 
 

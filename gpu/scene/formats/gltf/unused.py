@@ -124,7 +124,7 @@ def _is_used(path: str, materials: Collection[Material]) -> bool:
     """Whether an attribute or a key that is in no table says something of the surfaces with these materials."""
     owner, _, name = path.rpartition(".")
     if name == "TANGENT":
-        return all(material.normal_slot is None for material in materials)
+        return all(material.normal_slot is None or material.has_grain for material in materials)
     if owner != _ATTRIBUTES:
         return False
     uv_sets = {slot.uv_set for material in materials for slot in slots(material).values()}

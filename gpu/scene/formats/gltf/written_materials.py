@@ -108,6 +108,12 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
             **_info("iridescenceTexture", material.iridescence_slot),
             **_info("iridescenceThicknessTexture", material.iridescence_thickness_slot),
         }
+    if material.anisotropy > 0.0:
+        made["anisotropy"] = {
+            "anisotropyStrength": material.anisotropy,
+            "anisotropyRotation": material.anisotropy_rotation,
+            **_info("anisotropyTexture", material.anisotropy_slot),
+        }
     return {f"KHR_materials_{name}": part for name, part in made.items()}
 
 

@@ -40,6 +40,7 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
                 "iridescenceThicknessMinimum": 200,
                 "iridescenceThicknessMaximum": 600,
             },
+            "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": -1.5},
         },
     )
     assert material == Material(
@@ -67,6 +68,8 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
         iridescence_ior=1.75,
         iridescence_least=200.0,
         iridescence_most=600.0,
+        anisotropy=0.5,
+        anisotropy_rotation=-1.5,
     )
 
 
@@ -122,6 +125,8 @@ def metal(**values: object) -> dict:
         (extension("sheen", sheenColorFactor=[2, 0.5, -1]), "sheen_color", (1, 0.5, 0), "sheenColorFactor[0]"),
         (extension("sheen", sheenRoughnessFactor="rough"), "sheen_roughness", 0, "sheenRoughnessFactor"),
         (extension("iridescence", iridescenceFactor=2), "iridescence", 1, "iridescenceFactor"),
+        (extension("anisotropy", anisotropyStrength=2), "anisotropy", 1, "anisotropyStrength"),
+        (extension("anisotropy", anisotropyRotation="x"), "anisotropy_rotation", 0, "anisotropyRotation"),
         (extension("iridescence", iridescenceIor=0.5), "iridescence_ior", 1, "iridescenceIor"),
         (extension("iridescence", iridescenceThicknessMinimum=-1), "iridescence_least", 0, "ThicknessMinimum"),
         (extension("iridescence", iridescenceThicknessMaximum=[]), "iridescence_most", 400, "ThicknessMaximum"),
@@ -248,17 +253,19 @@ def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> 
     assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == ["textures of thickness"]
 
 
-def test_coats_specular_sheen_and_films_have_textures(gltf: GltfFile) -> None:
+def test_coats_specular_sheen_films_and_grain_have_textures(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     use, normal = {"index": 0}, {"index": 0, "scale": 0.5}
     coat = {"clearcoatTexture": use, "clearcoatRoughnessTexture": use, "clearcoatNormalTexture": normal}
     specular = {"specularTexture": use, "specularColorTexture": use}
     sheen = {"sheenColorTexture": use, "sheenRoughnessTexture": use}
     film = {"iridescenceTexture": use, "iridescenceThicknessTexture": use}
-    layers = {"specular": specular, "clearcoat": coat, "sheen": sheen, "iridescence": film}
+    grain = {"anisotropyTexture": use}
+    layers = {"specular": specular, "clearcoat": coat, "sheen": sheen, "iridescence": film, "anisotropy": grain}
     material = material_of(gltf, extensions={f"KHR_materials_{name}": layer for name, layer in layers.items()})
     linear = material.clearcoat_slot
     assert linear == material.clearcoat_roughness_slot == material.clearcoat_normal_slot == material.specular_slot
+    assert linear == material.anisotropy_slot
     assert linear == material.sheen_roughness_slot == material.iridescence_slot == material.iridescence_thickness_slot
     # Colours' textures are in sRGB, the others are linear: another texture of the same image.
     assert None is not linear != material.specular_color_slot == material.sheen_color_slot is not None

@@ -50,6 +50,8 @@ def test_every_use_of_a_texture_is_written() -> None:
         iridescence=0.5,
         iridescence_slot=slot,
         iridescence_thickness_slot=slot,
+        anisotropy=0.5,
+        anisotropy_slot=slot,
     )
     entry = material_entry(material)
     use = {"index": 3, "texCoord": 1}
@@ -65,6 +67,7 @@ def test_every_use_of_a_texture_is_written() -> None:
     assert sheen["sheenColorTexture"] == sheen["sheenRoughnessTexture"] == use
     film = entry["extensions"]["KHR_materials_iridescence"]
     assert film["iridescenceTexture"] == film["iridescenceThicknessTexture"] == use
+    assert entry["extensions"]["KHR_materials_anisotropy"]["anisotropyTexture"] == use
 
 
 def test_a_texture_is_moved_turned_and_scaled() -> None:
