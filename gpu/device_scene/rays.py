@@ -12,6 +12,8 @@ from gpu.device_scene.sides import is_solid, solid_share
 OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
 # Nearer to the origin float32 resolves finer than the intersection test, which rounds at the scale of the box.
 OFFSET_FLOOR = wp.constant(0.0625)
+# Rays to a point that is on no surface, such as a lamp, end so far before it: it may lie in a wall's plane.
+POINT_GAP = wp.constant(4.0 * OFFSET_ULP)
 # A ray that meets more masks than this ends: a loop has to.
 MAX_ALPHA_LAYERS = wp.constant(64)
 # Light that BLEND surfaces leave less of is none.
@@ -161,15 +163,16 @@ def segment_between(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3
     """The open segment from `p` to `q`, both moved off the sides of their surfaces that the geometric normals name.
 
     Not to the sides that they lie on of each other: in one plane, rounding would put one of them behind its surface.
+    `q` may be on none, and have the normal zero.
     """
     segment = Segment()
     segment.origin = lifted(p, p_normal)
     between = lifted(q, q_normal) - segment.origin
     distance = wp.length(between)
     # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
-    if distance > 4.0 * OFFSET_ULP:
+    if distance > POINT_GAP:
         segment.direction = between / distance
-        segment.length = distance
+        segment.length = distance - wp.where(wp.length_sq(q_normal) > 0.0, 0.0, POINT_GAP)
     return segment
 
 

@@ -117,6 +117,18 @@ def test_nothing_is_seen_through_the_back_of_ones_own_surface() -> None:
             assert results(connected_kernel, 1, [device_scene.data, *ends, *normals], int)[0] == seen
 
 
+def test_a_lamp_in_the_plane_of_a_wall_is_not_behind_it() -> None:
+    device_scene = resident_of(box(half=0.47), [grey(0.5)])
+    scale = device_scene.scene.placement.scale
+    rng = np.random.default_rng(3)
+    floor = rng.uniform(-0.45, 0.45, (5000, 3))
+    floor[:, 1] = -0.47
+    lamp = np.tile([[0.1, 0.47, -0.23]], (5000, 1))
+    ends = column(floor * scale, wp.vec3), column(lamp * scale, wp.vec3)
+    up, nowhere = wp.vec3(0.0, 1.0, 0.0), wp.vec3(0.0, 0.0, 0.0)
+    assert (results(connected_kernel, 5000, [device_scene.data, *ends, up, nowhere], int) == 1).all()
+
+
 def masked_layers(**material: Any) -> DeviceScene:
     """Five sheets facing +Z, at z = −0.5 … 0.5, whose texture is clear on the left and solid on the right."""
     pixels = np.full((1, 2, 4), 255, np.uint8)
