@@ -133,9 +133,10 @@ class Viewer:
                 ):
                     tasks.create_task(task)
         except* WebSocketDisconnect as group:
-            for end in group.exceptions:
-                if isinstance(end, WebSocketDisconnect):
-                    log.info("viewer left", extra={"code": end.code, "reason": end.reason})
+            # Several tasks may notice; the first of them knows why.
+            end = next((end for end in group.exceptions if isinstance(end, WebSocketDisconnect)), None)
+            if end is not None:
+                log.info("viewer left", extra={"code": end.code, "reason": end.reason})
         finally:
             self._service.engines.listeners.discard(self._news.set)
             self._service.edited.listeners.discard(self._edited)
