@@ -132,13 +132,14 @@ class SceneData:
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,) RGBA8,
     least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky (1,):
     radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment says
-    so. alpha: rays must test masks; textured, glossy, coated, sheened, filmed, grained, transmissive, specular: rays
-    may hit textures, narrow specular lobes, clear coats, sheen, thin films, grain, glass, mirrors or clear glass;
-    blended: or BLEND surfaces, which are there in part; one_sided: cameras do not see the backs of some surfaces;
-    lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through;
-    coverage: a seed by which rays meet BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes);
-    HALF: BLEND where alpha is one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at
-    random, but crossed straight where they are mostly glass, and met where not.
+    so. alpha: rays must test masks, cutouts: textures or vertices tell what there is of some; textured, glossy, coated,
+    sheened, filmed, grained, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats, sheen,
+    thin films, grain, glass, mirrors or clear glass; blended: or BLEND surfaces, which are there in part; sheer: some
+    of them by less than half; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is
+    Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which rays meet
+    BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes); HALF: BLEND where alpha is one half
+    or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at random, but crossed straight where
+    they are mostly glass, and met where not.
     """
 
     opaque: Bvh
@@ -165,6 +166,7 @@ class SceneData:
     environment: EnvironmentData
     has_environment: bool
     alpha: bool
+    cutouts: bool
     textured: bool
     glossy: bool
     coated: bool
@@ -174,6 +176,7 @@ class SceneData:
     lambertian: bool
     ignore_alpha: bool
     blended: bool
+    sheer: bool
     sheened: bool
     filmed: bool
     grained: bool

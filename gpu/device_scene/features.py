@@ -13,15 +13,18 @@ from gpu.scene.types import CLEAR_ROUGHNESS, AlphaMode, Environment, Material, S
 MAX_ENUMERATED = 8
 # Of two emitters, or fewer, samples are evenly spread over both.
 ONE_LAMP = 2
+# Of surfaces that are there in part, rays that do not draw meet those of which there is more; interpolation rounds.
+SHEER = 0.5 + 1.0e-3
 
 
 @dataclass(frozen=True)
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; blend:
-    surfaces that are there in part; glass: any that transmits; panes: as Material.is_clear tells; textures; one_sided:
-    backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of their own;
+    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; cutouts: as
+    `has_cutouts` tells; blend: surfaces that are there in part; sheer: as `has_sheer` tells; glass: any that transmits;
+    panes: as Material.is_clear tells; textures; one_sided: backs that cameras do not see; backdrop: a sky of triangles;
+    gloss: lobes so narrow that they get rays of their own;
     environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells;
     specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
     coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
@@ -31,7 +34,9 @@ class SceneFeatures:
 
     masks: bool = True
     alpha: bool = True
+    cutouts: bool = True
     blend: bool = True
+    sheer: bool = True
     glass: bool = True
     panes: bool = True
     textures: bool = True
@@ -137,6 +142,26 @@ def has_blend(scene: Scene) -> bool:
     return any(material.alpha_mode is AlphaMode.BLEND for material in scene.materials)
 
 
+def has_cutouts(scene: Scene) -> bool:
+    """Whether textures or vertices tell how much there is of some surfaces of `scene`."""
+    parts = [material for material in scene.materials if material.alpha_mode is not AlphaMode.OPAQUE]
+    return any(_least_alpha(scene, material) < material.base_color[3] for material in parts)
+
+
+def has_sheer(scene: Scene) -> bool:
+    """Whether `scene` has surfaces of which less than half may be there: cameras look past these."""
+    blends = [material for material in scene.materials if material.alpha_mode is AlphaMode.BLEND]
+    return any(_least_alpha(scene, material) < SHEER for material in blends)
+
+
+def _least_alpha(scene: Scene, material: Material) -> float:
+    """The least alpha that a `material` may have in `scene`."""
+    slot, least = material.base_color_slot, material.base_color[3]
+    if slot is not None:
+        least *= scene.textures[slot.texture].least_alpha
+    return least if scene.colors is None else least * float(scene.colors[:, 3].min(initial=1.0))
+
+
 def has_soft_light(scene: Scene) -> bool:
     """Whether `scene` has light that is sampled, not visited light by light, so that it is noisy and smoothed."""
     emits = any(material.emits for material in scene.materials)
@@ -161,7 +186,9 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
     return SceneFeatures(
         masks=masks or assume_alpha,
         alpha=(masks and not lambertian) or assume_alpha,
+        cutouts=(not lambertian and has_cutouts(scene)) or assume_alpha,
         blend=not lambertian and has_blend(scene),
+        sheer=not lambertian and has_sheer(scene),
         glass=not lambertian and any(material.transmission > 0.0 for material in materials),
         panes=not lambertian and any(material.is_clear and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,

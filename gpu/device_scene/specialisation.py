@@ -18,12 +18,13 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
 
 # What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
-LOOK = ("masks", "alpha", "textures", "sheen", "films", "grain")
+LOOK = ("masks", "alpha", "cutouts", "textures", "sheen", "films", "grain")
 
 # What kernels are told by constants alone. The compiler for CPUs follows these into few functions: kernels for scenes
 # without it are no faster there, and those for all scenes are compiled once.
 TOLD_BY_CONSTANTS = (
-    "masks", "alpha", "blend", "textures", "gloss", "glass", "panes", "one_sided", "backdrop", "environment"
+    "masks", "alpha", "cutouts", "blend", "sheer", "textures", "gloss", "glass", "panes", "one_sided", "backdrop",
+    "environment",
 )  # fmt: skip
 
 Rest = TypeVarTuple("Rest")
@@ -56,7 +57,12 @@ def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
 
 def masks_of(scene: SceneData) -> SceneFeatures:
     """All features, but masks only as `scene` has them for rays of a renderer (DeviceScene.view)."""
-    return replace(EVERYTHING, masks=scene.alpha or scene.masked_count > 0, alpha=scene.alpha)
+    return replace(EVERYTHING, masks=scene.alpha or scene.masked_count > 0, alpha=scene.alpha, cutouts=scene.cutouts)
+
+
+def cutouts_of(scene: SceneData) -> SceneFeatures:
+    """All features, but no cutouts where rays of a renderer test masks and find none."""
+    return replace(EVERYTHING, cutouts=scene.cutouts or not scene.alpha)
 
 
 @cache
@@ -88,8 +94,12 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.masked_count = 0
         if wp.static(not features.alpha):
             scene.ignore_alpha = True
+        if wp.static(not features.cutouts):
+            scene.cutouts = False
         if wp.static(not features.blend):
             scene.blended = False
+        if wp.static(not features.sheer):
+            scene.sheer = False
         if wp.static(not features.textures):
             scene.textured = False
         if wp.static(not features.gloss):

@@ -127,8 +127,10 @@ def sample_use(scene: SceneData, use: int, face: int, u: float, v: float) -> wp.
 @wp.func
 def sample_alpha(scene: SceneData, face: int, u: float, v: float) -> float:
     """A triangle's alpha at its barycentrics: factor × texture × vertex colour."""
-    material = scene.materials[scene.triangle_material[face]]
-    alpha = material.base_color[3] * sample_use(scene, BASE_COLOR, face, u, v)[3]
+    alpha = scene.materials[scene.triangle_material[face]].base_color[3]
+    if not scene.cutouts:
+        return alpha
+    alpha *= sample_use(scene, BASE_COLOR, face, u, v)[3]
     if scene.has_colors:
         corner = scene.triangles[face]
         alpha *= (

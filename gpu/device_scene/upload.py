@@ -39,7 +39,15 @@ from gpu.device_scene.data import (
 )
 from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.extents import extents_of, renewed, solid_vertices
-from gpu.device_scene.features import SceneFeatures, features_of_any, has_blend, has_specular, scene_features
+from gpu.device_scene.features import (
+    SceneFeatures,
+    features_of_any,
+    has_blend,
+    has_cutouts,
+    has_sheer,
+    has_specular,
+    scene_features,
+)
 from gpu.device_scene.moved_tree import MovedTree, TreeFacts, facts_of
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.trees import tree_over
@@ -406,7 +414,7 @@ class DeviceScene:
         rows["slots"], rows["first_slot"] = slots, first_slot
         self._material_rows = rows
         data.materials = struct_array(MaterialData, rows, self.device)
-        data.blended = has_blend(scene)
+        data.blended, data.sheer, data.cutouts = has_blend(scene), has_sheer(scene), has_cutouts(scene)
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
         data.sheened = any(material.has_sheen for material in scene.materials)
         data.filmed = any(material.has_film for material in scene.materials)
@@ -474,8 +482,10 @@ class DeviceScene:
         data.lambertian = data.ignore_alpha = lambertian
         data.one_sided = data.one_sided and not lambertian
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
-        data.blended = data.blended and not lambertian
+        data.blended, data.sheer = data.blended and not lambertian, data.sheer and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha
+        # Kernels for CPUs are told nothing of it.
+        data.cutouts = data.alpha and (data.cutouts or self.general or assume_alpha or not self.constants)
         return data

@@ -118,7 +118,7 @@ def learnt_pick(selection: LightSelection, bins: int, x: float) -> LightPick:
     return pick
 
 
-@made_for("masks", "alpha", "textures", "panes", "environment")
+@made_for("masks", "alpha", "cutouts", "textures", "panes", "environment")
 def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -132,7 +132,9 @@ class Lobes(Enum):
     FOLLOWED = "followed"
 
 
-@made_for(*LOOK, "one_sided", "backdrop", "specular", "blend", "glass", "panes", "environment", "frosted", "coats")
+@made_for(
+    *LOOK, "one_sided", "backdrop", "specular", "blend", "sheer", "glass", "panes", "environment", "frosted", "coats"
+)
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, frosted, coats, fibrous, films, grained = (

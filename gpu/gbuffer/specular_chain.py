@@ -189,7 +189,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             shows = False
         met = meet(scene, origin, direction, culls)
         veiled = bool(False)
-        if scene.blended and splits:
+        if scene.sheer and splits:
             past = past_veil(scene, origin, direction, met, culls, other)
             met = past.met
             veiled = past.veiled

@@ -7,7 +7,6 @@ one).
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import warp as wp
 
@@ -19,7 +18,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import blocking, closest_hit, offset_origin
 from gpu.device_scene.sides import triangle_normal
-from gpu.device_scene.specialisation import made_for, masks_of, specialisation
+from gpu.device_scene.specialisation import cutouts_of, made_for, masks_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -93,7 +92,7 @@ def ray_period(frames: int, chosen: NearFieldParameters) -> int:
     return wp.where(frames > 0, chosen.known_period, 1)
 
 
-@made_for("masks", "alpha")
+@made_for("masks", "alpha", "cutouts")
 def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
@@ -157,10 +156,10 @@ def near_field_vpl_kernel(first: int, lit: RadiosityCache, chosen: NearFieldPara
         rays.share[sp] = lacking_area(lit, rays.position[sp], rays.normal[sp], scale)
 
 
-@cache
-def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
+@made_for("cutouts")
+def near_field_light_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.Kernel:
     """The kernel that looks along the surface with `blocked`, as of is_apart_of."""
-    is_apart = is_apart_of(blocked)
+    specialise, is_apart = specialisation(features), is_apart_of(blocked)
 
     @wp.kernel(module="unique")
     def near_field_light_kernel(
@@ -179,6 +178,8 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
         there. frames: as of the rays.
         """
+        if wp.static(not features.cutouts):
+            scene = specialise(scene)
         sp = first + wp.tid()
         rays.found[sp] = 0
         if sp >= points.count[0]:
@@ -239,7 +240,7 @@ class NearField:
         launch(near_field_ray_kernel(masks_of(scene)), capacity, [*points, seed, frames, chosen, rays], self.device)
         launch(near_field_vpl_kernel, capacity, [lit, chosen, rays], self.device)
         inputs = [*points, vpls, lit, frames, chosen, rays]
-        launch(near_field_light_kernel(blocking(scene)), capacity, inputs, self.device)
+        launch(near_field_light_kernel(cutouts_of(scene), blocking(scene)), capacity, inputs, self.device)
         inputs = [scene, self._table, lit, sps.points.pixels, seed, self._paths, rays.light, rays.found]
         launch(near_field_path_kernel(self._features, blocking(scene)), capacity, inputs, self.device)
 

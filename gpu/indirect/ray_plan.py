@@ -21,6 +21,8 @@ from gpu.core.color import brightness
 from gpu.core.intrinsics import bit_count, lowest_bit, room_in
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.specialisation import made_for, specialisation
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import disk_at
@@ -146,9 +148,10 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     picks[index] = pick
 
 
-@cache
-def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
+@made_for("cutouts")
+def arriving_light_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kernel:
     """The kernel that traces with `see`, as gpu.indirect.visibility.visibility_ray_kernel."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
@@ -156,6 +159,8 @@ def arriving_light_kernel(see: wp.Function) -> wp.Kernel:
         """One thread an ARRIVAL_RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray,
         place), their light where the pick of one of them, chosen by it, is seen, else 0.
         """
+        if wp.static(not features.cutouts):
+            scene = specialise(scene)
         index = first + wp.tid()
         fresh = sps.fresh[0]
         if index >= ARRIVAL_RAYS * fresh:

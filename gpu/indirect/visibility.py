@@ -4,14 +4,15 @@ gpu.indirect.ray_plan tells which pairs have rays of their own.
 """
 
 from copy import copy
-from functools import cache
 
 import warp as wp
 
 from gpu.core.device import BLOCK, FEW_BLOCKS, MOST_BLOCKS, allocate, launch, launch_together
 from gpu.core.intrinsics import lowest_bit
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connection, free_path
+from gpu.device_scene.specialisation import cutouts_of, made_for, specialisation
 from gpu.indirect.ray_plan import (
     ARRIVAL_RAYS,
     PARTS,
@@ -39,11 +40,12 @@ ALL_BITS = 0xFFFFFFFF
 SPREAD = wp.constant(4)
 
 
-@cache
-def visibility_ray_kernel(see: wp.Function) -> wp.Kernel:
+@made_for("cutouts")
+def visibility_ray_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kernel:
     """The kernel that traces with `see`, one of gpu.device_scene.rays.connected, unblocked and those of solid
     scenes.
     """
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def visibility_ray_kernel(
@@ -61,6 +63,8 @@ def visibility_ray_kernel(see: wp.Function) -> wp.Kernel:
         Where rays are few, only each SPREAD-th thread has one: fewer wait for each other. pairs (ray,): which pair each
         is, of gpu.indirect.ray_plan.
         """
+        if wp.static(not features.cutouts):
+            scene = specialise(scene)
         thread = first + wp.tid()
         length = length_of(run, sps)
         count = rays[run.number]
@@ -146,13 +150,14 @@ class Visibility:
         the threads that trace each takes every so-manieth ray.
         """
         count, device, plan, pairs = self._sp_count, self.device, self._plan, self._pairs
+        has = cutouts_of(scene)
         if self._shared_weak_rays:
             launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts, self._picks], device)
             inputs = [scene, sps, vpls, self._parts, self._picks, self._arriving]
-            launch(arriving_light_kernel(connection(scene)), len(self._arriving), inputs, device)
+            launch(arriving_light_kernel(has, connection(scene)), len(self._arriving), inputs, device)
             launch(weak_light_kernel, count, [sps, self._parts, self._arriving, self._chosen, self._weak], device)
         plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
-        trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))
+        trace = visibility_ray_kernel(has, connection(scene) if self._facing_away else free_path(scene))
         words = len(plan.traced)
         self._counts.zero_()
         for number, begin in enumerate(range(0, count, self._run)):

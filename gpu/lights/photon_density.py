@@ -182,7 +182,7 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     return disk
 
 
-@made_for("masks", "alpha")
+@made_for("masks", "alpha", "cutouts")
 def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -59,6 +59,11 @@ class Texture:
     wrap_t: Wrap = Wrap.REPEAT
     nearest: bool = False
 
+    @cached_property
+    def least_alpha(self) -> float:
+        """The least alpha that it has anywhere."""
+        return float(self.pixels[..., 3].min(initial=255)) / 255.0
+
 
 @dataclass(frozen=True)
 class TextureSlot:

@@ -1,12 +1,12 @@
 """Shadow rays from listed shading points to VPLs: drawn by whoever needs them, all traced by one kernel."""
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connection
+from gpu.device_scene.specialisation import cutouts_of, made_for, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.vpl.vpl_clusters import VplClusters
@@ -85,15 +85,18 @@ def arrival(vpl: int) -> float:
     return wp.where(vpl >= 0, 1.0, 0.0)
 
 
-@cache
-def shadow_ray_kernel(connect: wp.Function) -> wp.Kernel:
+@made_for("cutouts")
+def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def shadow_ray_kernel(
         first: int, scene: SceneData, gbuffer: GBuffer, points: PointList, vpls: VplClusters, rays: ShadowRays
     ) -> None:
         """One thread a ray: marks its VPL as blocked unless the ray arrives."""
+        if wp.static(not features.cutouts):
+            scene = specialise(scene)
         thread = first + wp.tid()
         if thread >= rays.per_point * points.count[0]:
             return
@@ -115,4 +118,5 @@ def trace_shadow_rays(scene: SceneData, gbuffer: GBuffer, points: PointList, vpl
                       rays: ShadowRays) -> None:  # fmt: skip
     """Find which of the `rays` of `points` to members of `vpls` arrive."""
     inputs = [scene, gbuffer, points, vpls, rays]
-    launch(shadow_ray_kernel(connection(scene)), rays.per_point * len(points.pixels), inputs, rays.vpl.device)
+    kernel = shadow_ray_kernel(cutouts_of(scene), connection(scene))
+    launch(kernel, rays.per_point * len(points.pixels), inputs, rays.vpl.device)

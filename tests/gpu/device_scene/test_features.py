@@ -9,7 +9,7 @@ from gpu.scene.types import AlphaMode, Environment, Light, LightKind, Material, 
 
 
 def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
-    mask = Texture("mask", np.full((1, 1, 4), 255, np.uint8), srgb=True)
+    mask = Texture("mask", np.full((1, 1, 4), 254, np.uint8), srgb=True)
     materials = [
         Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
         Material(emission=(3.0, 2.0, 1.0), double_sided=False),
@@ -20,21 +20,21 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(sheen_color=(0.0, 0.5, 0.0)),
         Material(iridescence=0.5),
         Material(anisotropy=0.5),
-        Material(alpha_mode=AlphaMode.BLEND),
+        Material(alpha_mode=AlphaMode.BLEND, base_color=(1.0, 1.0, 1.0, 0.3)),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    hidden = ("environment", "alpha", "blend", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats",
-              "focus", "sheen", "films", "grain")  # fmt: skip
+    hidden = ("environment", "alpha", "cutouts", "blend", "sheer", "glass", "panes", "one_sided", "gloss", "specular",
+              "frosted", "coats", "focus", "sheen", "films", "grain")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
     nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False) | {"constants": True})
     assert scene_features(bare, lambertian=False) == nothing
-    for name, more in (("alpha", ("masks",)), ("textures", ()), ("gloss", ())):
+    for name, more in (("alpha", ("masks", "cutouts")), ("textures", ()), ("gloss", ())):
         assumed = replace(nothing, **dict.fromkeys((name, *more), True))
         assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == assumed
     for many in (False, True):
@@ -138,3 +138,30 @@ def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare()
     rare = {"frosted": False, "coats": False, "sheen": False, "films": False, "grain": False}
     assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING
+
+
+@pytest.mark.parametrize(
+    ("alpha", "texel", "vertex", "sheer", "cutouts"),
+    [
+        (0.7, 255, None, False, False),
+        (0.3, 255, None, True, False),
+        (0.7, 170, None, True, True),
+        (0.9, 170, None, False, True),
+        (0.7, 255, 0.5, True, True),
+        (0.7, 255, 1.0, False, False),
+    ],
+)
+def test_how_much_may_be_there_of_a_surface_is_by_factor_texture_and_vertices(
+    alpha: float, texel: int, vertex: float | None, sheer: bool, cutouts: bool
+) -> None:
+    veil = Material(base_color=(1.0, 1.0, 1.0, alpha), base_color_slot=TextureSlot(0), alpha_mode=AlphaMode.BLEND)
+    pixels = np.full((1, 2, 4), 255, np.uint8)
+    pixels[0, 1, 3] = texel
+    scene = scene_of(box(), [veil], textures=[Texture("veil", pixels, srgb=True)])
+    colors = None if vertex is None else np.full((len(scene.vertices), 4), vertex, np.float32)
+    found = scene_features(replace(scene, colors=colors), lambertian=False)
+    assert (found.sheer, found.cutouts) == (sheer, cutouts)
+    masked = replace(scene, colors=colors, materials=[replace(veil, alpha_mode=AlphaMode.MASK)])
+    assert not scene_features(masked, lambertian=False).sheer
+    whole = replace(scene, materials=[replace(veil, alpha_mode=AlphaMode.OPAQUE)])
+    assert not scene_features(whole, lambertian=False).cutouts

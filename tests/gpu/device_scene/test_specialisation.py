@@ -8,9 +8,15 @@ from scenes import box, grey, resident_of
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.specialisation import made_for, masks_of, specialisation, surface_specialisation
+from gpu.device_scene.specialisation import (
+    cutouts_of,
+    made_for,
+    masks_of,
+    specialisation,
+    surface_specialisation,
+)
 from gpu.device_scene.surface import Surface
-from gpu.scene.types import AlphaMode, Material
+from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
 NOTHING = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False) | {"constants": True})
 
@@ -97,3 +103,17 @@ def test_masks_are_those_that_rays_look_for(mode: AlphaMode, lambertian: bool, a
     device_scene = resident_of(box(), [grey(0.5) if mode is AlphaMode.OPAQUE else Material(alpha_mode=mode)])
     found = masks_of(device_scene.view(lambertian=lambertian, assume_alpha=assumed))
     assert (found.masks, found.alpha) == (masks, alpha)
+
+
+@pytest.mark.parametrize(("texel", "cutouts"), [(255, False), (128, True)])
+def test_gpus_are_told_where_no_texture_tells_how_much_there_is(texel: int, cutouts: bool) -> None:
+    """Where rays look for no masks there is nothing to tell."""
+    mask = Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0))
+    texture = Texture("mask", np.full((1, 1, 4), texel, np.uint8), srgb=True)
+    device_scene = resident_of(box(), [mask], textures=[texture])
+    on_gpus = device_scene.as_on_gpus()
+    assert cutouts_of(on_gpus.view(lambertian=False)).cutouts == cutouts
+    assert masks_of(on_gpus.view(lambertian=False)).cutouts == cutouts
+    for view in (on_gpus.view(lambertian=True), device_scene.view(lambertian=False)):
+        assert cutouts_of(view).cutouts
+    assert cutouts_of(on_gpus.generalised().view(lambertian=False)).cutouts

@@ -9,7 +9,7 @@ from gpu.core.device import launch
 from gpu.device_scene.data import BASE_COLOR, SceneData
 from gpu.device_scene.textures import sample_alpha, sample_texture, sample_use
 from gpu.device_scene.textures import wrapped as device_wrapped
-from gpu.scene.types import Bytes, Doubles, Material, Texture, TextureSlot, Wrap
+from gpu.scene.types import AlphaMode, Bytes, Doubles, Material, Texture, TextureSlot, Wrap
 
 SAMPLERS = [
     (Wrap.REPEAT, Wrap.REPEAT, False, True),
@@ -128,7 +128,8 @@ def test_the_slot_chooses_its_uv_set_and_row_0_is_v_0() -> None:
     part = quad([0, 0, 0], [1, 0, 0], [0, 1, 0])
     second = np.array([[0, 0.25], [0, 0.25], [0, 0.75], [0, 0.75]])
     part = type(part)(part.positions, part.triangles, uvs=(np.full((4, 2), 0.5), second))
-    material = Material(base_color=(1.0, 1.0, 1.0, 0.5), base_color_slot=TextureSlot(0, 1))
+    slot = TextureSlot(0, 1)
+    material = Material(base_color=(1.0, 1.0, 1.0, 0.5), base_color_slot=slot, alpha_mode=AlphaMode.BLEND)
     device_scene = resident_of([part], [material], textures=[Texture("two", pixels, srgb=True, nearest=True)])
     places = column([[0.99, 0.005], [0.005, 0.005]], wp.vec2)  # near the triangle's first and last corner
     colours = results(slot_kernel, 2, [device_scene.data, places], wp.vec4)

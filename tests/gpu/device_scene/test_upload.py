@@ -232,3 +232,12 @@ def test_a_general_scene_is_the_same_in_the_same_arrays_and_so_are_edits_of_it()
         assert [it.edited(changed).general for it in (own, general)] == [False, True]
         assert not own.can_become(general.edited(changed))
     assert not general.generalised(general=False).general
+
+
+def test_an_edit_may_leave_less_than_half_of_a_surface() -> None:
+    veil = Material(base_color=(1.0, 1.0, 1.0, 0.9), alpha_mode=AlphaMode.BLEND)
+    device_scene = resident_of(box(), [veil])
+    fainter = replace(device_scene.scene, materials=[replace(veil, base_color=(1.0, 1.0, 1.0, 0.3))])
+    edited = device_scene.edited(fainter)
+    for state, sheer in ((device_scene, False), (edited, True)):
+        assert state.view(lambertian=False).sheer == state.own_features(lambertian=False).sheer == sheer

@@ -7,6 +7,7 @@ import pytest
 from scenes import camera_of, grey, quad, resident_of
 
 from gpu.core.device import allocate
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
@@ -29,13 +30,15 @@ def sheet(z: float, material: int) -> MeshPart:
     return quad([-2.0, -2.0, z], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], material)
 
 
-def seen(device_scene: DeviceScene, moment: int = LIKELIER, *, splits: bool = True) -> dict[str, Doubles]:
+def seen(
+    device_scene: DeviceScene, moment: int = LIKELIER, *, splits: bool = True, features: SceneFeatures = EVERYTHING
+) -> dict[str, Doubles]:
     """Of each pixel, what its G-buffer says of the end of its chain."""
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
     gbuffer.chains, samples = True, chain_samples(device_scene.device, moment)
     samples.splits = splits
     scene = device_scene.view(lambertian=False)
-    trace_primary_rays(scene, camera_of(device_scene, CAMERA, SIZE), SIZE, gbuffer, samples)
+    trace_primary_rays(scene, camera_of(device_scene, CAMERA, SIZE), SIZE, gbuffer, samples, features)
     return {name: getattr(gbuffer, name).numpy()[..., 0].astype(float) for name in ("albedo", "throughput", "emitted")}
 
 
@@ -58,6 +61,15 @@ def test_the_likelier_of_a_veil_and_what_is_behind_counts_by_its_share(
 @pytest.mark.parametrize("alpha", [0.2, 0.7])
 def test_where_one_branch_is_shown_it_counts_for_both(alpha: float) -> None:
     assert np.allclose(seen(wall_behind(veil(alpha)), splits=False)["throughput"], 1.0)
+
+
+def test_kernels_without_sheer_veils_show_the_others_alike() -> None:
+    told, bare = replace(EVERYTHING, sheer=False), wall_behind()
+    for alpha in (0.2, 0.7):
+        device_scene = wall_behind(veil(alpha))
+        found = [seen(device_scene, features=features)["throughput"] for features in (EVERYTHING, told)]
+        assert (found[0] == found[1]).all() == (alpha > 0.5)
+    assert (seen(bare, features=told)["albedo"] == seen(bare)["albedo"]).all()
 
 
 def test_only_the_first_veil_of_a_way_is_shown_in_part() -> None:

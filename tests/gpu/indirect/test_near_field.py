@@ -5,6 +5,7 @@ from pipeline import Pipeline
 from scenes import box, column, grey, quad, resident_of, slats, square_of_vpls
 
 from gpu.core.device import allocate, launch
+from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.rays import blocking
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer
@@ -178,7 +179,7 @@ def test_what_stands_up_by_a_tenth_of_the_way_to_a_vpl_hides_it_and_one_of_many_
     points.pixels, points.numbers, points.count = (column([value], wp.int32) for value in (0, 0, 1))
     frames = wp.zeros(1, dtype=int, device=CPU)
     inputs = [device_scene.data, gbuffer, points, clusters, cache, frames, NEAR_FIELD_PARAMETERS, rays]
-    launch(near_field_light_kernel(blocking(device_scene.data)), 1, inputs, CPU)
+    launch(near_field_light_kernel(EVERYTHING, blocking(device_scene.data)), 1, inputs, CPU)
     assert rays.found.numpy()[0] == (1 if tells else 0)
     assert (rays.light.numpy()[0] > 0.0).all() == tells
     assert (rays.share.numpy()[0] > 0.0) != tells

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scenes import box, column, grey, quad, resident_of, results, strewn_vpls
 
 from gpu.core.device import allocate, launch
+from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.rays import connection
 from gpu.indirect.ray_plan import (
     ARRIVAL_RAYS,
@@ -126,7 +127,7 @@ def test_a_few_rays_tell_how_much_light_arrives(sps: SpClusters, vpls: VplCluste
     light = np.maximum(pair_lights(sps, vpls), 0.0)
     arriving = wp.zeros(int(ARRIVAL_RAYS) * SPS, dtype=float, device=CPU)
     inputs = [wall.view(lambertian=True), sps, vpls, parts, picks, arriving]
-    launch(arriving_light_kernel(connection(inputs[0])), int(ARRIVAL_RAYS) * SPS, inputs, CPU)
+    launch(arriving_light_kernel(EVERYTHING, connection(inputs[0])), int(ARRIVAL_RAYS) * SPS, inputs, CPU)
     same = (vpls.disks.numpy()["position"][: vpls.count, 2:] > 0.0) == (sps.position.numpy()[:, 2] > 0.0)
     total = np.maximum(light.sum(axis=0), 1e-30)  # some are behind all
     expected = (light * same).sum(axis=0) / total
