@@ -22,6 +22,7 @@ from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.lobe_light import (
     LOBE_PAIR,
+    LOBE_REGISTERS,
     LOBE_VERTICES,
     NO_EMISSION,
     NO_REACH,
@@ -97,7 +98,7 @@ def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=LOBE_REGISTERS)
     def frosted_ray_kernel(
         first: int,
         scene: SceneData,

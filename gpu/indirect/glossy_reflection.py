@@ -29,6 +29,7 @@ from gpu.indirect.frosted_glass import frosted_ray_kernel
 from gpu.indirect.lobe_light import (
     GLOSS_PARAMETERS,
     LOBE_PAIR,
+    LOBE_REGISTERS,
     NO_EMISSION,
     NO_REACH,
     GlossParameters,
@@ -40,8 +41,9 @@ from gpu.indirect.lobe_light import (
 )
 from gpu.sampling.sobol import sobol_pair_at
 
-# Of the kernel, as RAY_REGISTERS of others.
-REGISTERS = 96
+# The reach of a pixel whose light is that of those around. These must be of its surface that much.
+BETWEEN = wp.constant(-1.0)
+LEAST_ALIKE = wp.constant(0.5)
 
 # Of the à-trous transform, each twice the one before; a launch each.
 STEPS = (1, 2, 4, 8)
@@ -53,12 +55,44 @@ def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
     return wp.max(even_below(surface, view) - even_diffuse(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
 
 
+@wp.func
+def alike(gbuffer: GBuffer, pixel: int, other: int, chosen: GlossParameters) -> float:
+    """How far the lobes of two pixels side by side show the same, 0 to 1."""
+    rougher = (gbuffer.roughness[other] - gbuffer.roughness[pixel]) / chosen.roughness_tolerance
+    weight = edge_stopping_weight(gbuffer, pixel, other, 1, chosen.plane_tolerance)
+    return wp.where(gbuffer.f90[other] > 0.0, weight * wp.exp(-rougher * rougher), 0.0)
+
+
+@wp.func
+def is_between(gbuffer: GBuffer, pixel: int, image: ImageSize, samples: DirectSamples, chosen: GlossParameters) -> bool:
+    """Whether the rays of the pixels above and below speak for this one's, too, since earlier frames knew its light."""
+    row = pixel // image.width
+    if samples.known.shape[0] == 0 or (row + samples.frame_index[0]) % 2 == 0 or row == 0 or row == image.height - 1:
+        return False
+    if samples.known[pixel] < samples.settled:
+        return False
+    above = alike(gbuffer, pixel, pixel - image.width, chosen)
+    below = alike(gbuffer, pixel, pixel + image.width, chosen)
+    return wp.min(above, below) > LEAST_ALIKE
+
+
+@wp.kernel
+def fill_gloss_kernel(first: int, image: ImageSize, found: LobeLight) -> None:
+    """One thread a pixel: where it is BETWEEN, what the pixels above and below found."""
+    pixel = first + wp.tid()
+    if found.reach[pixel] == BETWEEN:
+        above = pixel - image.width
+        below = pixel + image.width
+        found.light[pixel] = (found.light[above] + found.light[below]) * 0.5
+        found.reach[pixel] = 0.5 * (found.reach[above] + found.reach[below])
+
+
 @made_for(*LOOK, "panes", "glass", "one_sided", "backdrop", "environment")
 def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, surface_of_pixel = specialisation(features), surface_reader(sheen=False, grain=features.grain)
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=REGISTERS)
+    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=LOBE_REGISTERS)
     def glossy_ray_kernel(
         first: int,
         scene: SceneData,
@@ -77,6 +111,9 @@ def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         if gbuffer.face[pixel] == NO_HIT:
             return
         if traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel]) == 0.0:
+            return
+        if is_between(gbuffer, pixel, image, samples, chosen):
+            out.reach[pixel] = BETWEEN
             return
         scene = specialise(scene)
         surface = surface_of_pixel(gbuffer, pixel)
@@ -187,15 +224,17 @@ class GlossyReflection:
 
         camera: (1,) CameraData; samples: which of the lobes' they are.
         """
-        has, seen_by = self._features, (scene, camera, self._image, gbuffer, known, samples)
+        has, device, pixels = self._features, self._device, len(self.light)
+        inputs = [scene, camera, self._image, gbuffer, known, samples, GLOSS_PARAMETERS, self._found]
         if known.indirect:
-            launch(glossy_ray_kernel(has), len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
+            launch(glossy_ray_kernel(has), pixels, inputs, device)
+            if samples.known is not None:
+                launch(fill_gloss_kernel, pixels, [self._image, self._found], device)
         else:
             self.light.zero_()
             self._found.reach.zero_()
         if has.frosted:
-            frosted = frosted_ray_kernel(has)
-            launch(frosted, len(self.light), [*seen_by, GLOSS_PARAMETERS, self._found], self._device)
+            launch(frosted_ray_kernel(has), pixels, inputs, device)
 
     def share(self, gbuffer: GBuffer) -> None:
         """Bound fireflies, and share the light between pixels of one surface."""

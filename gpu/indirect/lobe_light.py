@@ -30,6 +30,8 @@ from gpu.vpl.radiosity_mean import mean_irradiance
 
 # The sequences of `sobol_pair_at` that lobes take, from this one on, beside those of direct light and chains.
 LOBE_PAIR = wp.constant(32)
+# Of kernels that trace lobes' rays, as RAY_REGISTERS of others.
+LOBE_REGISTERS = 96
 # In place of a density: what emits counts elsewhere.
 NO_EMISSION = wp.constant(-1.0)
 # Of a ray into the surface itself, which others may still hear of.

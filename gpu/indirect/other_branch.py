@@ -18,7 +18,7 @@ from gpu.indirect.lobe_light import KnownLight
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 
-@made_for(*LOOK, "one_sided", "blend", "glass", "panes", "backdrop", "environment")
+@made_for(*LOOK, "one_sided", "blend", "sheer", "glass", "panes", "backdrop", "environment")
 def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
@@ -32,10 +32,11 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
         samples: ChainSamples,
         gbuffer: GBuffer,
         known: KnownLight,
-        radiance: wp.array[wp.vec3],
+        found: wp.array[wp.vec3],
     ) -> None:
-        """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras: one element."""
+        """One thread a pixel: what the other branch shows, `found` (pixel,). cameras: one element."""
         pixel = first + wp.tid()
+        found[pixel] = wp.vec3(0.0, 0.0, 0.0)
         # Glass takes something of the light, if only what it reflects, and so do veils.
         if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
             return
@@ -51,18 +52,37 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
             arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
             reflected = wp.cw_mul(even_reflectance(surface, end.to_viewer), arriving) / PI
             light += wp.cw_mul(end.throughput, reflected)
-        radiance[pixel] += light
+        found[pixel] = light
 
     return other_branch_kernel
 
 
-def add_other_branch(scene: SceneData, camera: wp.array, size: tuple[int, int], samples: ChainSamples,
-                     gbuffer: GBuffer, known: KnownLight, radiance: wp.array, features: SceneFeatures
-                     ) -> None:  # fmt: skip
-    """Add to `radiance` (pixel,) what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
+@wp.kernel
+def add_light_kernel(first: int, light: wp.array[wp.vec3], radiance: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: adds `light` (pixel,) to its `radiance` (pixel,)."""
+    pixel = first + wp.tid()
+    radiance[pixel] += light[pixel]
 
-    camera: (1,) CameraData; size: (width, height).
+
+class OtherBranch:
+    """The light [W/m²/sr] that other branches show in an image of `size` (width, height): `find`, then `add`.
+
+    Chains of few pixels are long, so most of a GPU waits for these: other stages may run beside.
     """
-    inputs = [scene, camera, image_size(size), samples, gbuffer, known, radiance]
-    kernel = other_branch_kernel(features)
-    launch(kernel, size[0] * size[1], inputs, radiance.device)
+
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self._size = size
+        self._light = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
+
+    def find(self, scene: SceneData, camera: wp.array, samples: ChainSamples, gbuffer: GBuffer, known: KnownLight,
+             features: SceneFeatures) -> None:  # fmt: skip
+        """Find what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
+
+        camera: (1,) CameraData.
+        """
+        inputs = [scene, camera, image_size(self._size), samples, gbuffer, known, self._light]
+        launch(other_branch_kernel(features), len(self._light), inputs, self._light.device)
+
+    def add(self, radiance: wp.array) -> None:
+        """Add it to `radiance` (pixel,)."""
+        launch(add_light_kernel, len(self._light), [self._light, radiance], self._light.device)

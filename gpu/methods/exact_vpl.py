@@ -28,8 +28,8 @@ class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
     stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "caustic-photons", "gather", "direct", "caustics",
-                   "near", "interpolate", "gloss")  # fmt: skip
-    pixel_bytes, view_pixel_bytes, gloss_pixel_bytes = 369, 12, 28
+                   "near", "interpolate", "gloss", "branches")  # fmt: skip
+    pixel_bytes, view_pixel_bytes, gloss_pixel_bytes, branches_pixel_bytes = 369, 12, 28, 12
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._gathers_clusters = setup, setup.settings.clustering is Clustering.VPLS

@@ -52,10 +52,10 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     stage_names: ClassVar[tuple[str, ...]] = (
         "gbuffer", "caustic-photons", "history", "cluster", "light", "vpl-clusters", "relight", "visibility", "shade",
         "correct", "refine", "bright", "connect", "paths", "probe", "direct", "caustics", "near", "interpolate",
-        "gloss", "antialias", "keep",
+        "gloss", "branches", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
-    gloss_pixel_bytes, gloss_view_pixel_bytes = 41, 16
+    gloss_pixel_bytes, gloss_view_pixel_bytes, branches_pixel_bytes = 41, 16, 12
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -4,6 +4,7 @@ end.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import warp as wp
 
@@ -16,9 +17,10 @@ from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.clear_coat import add_clear_coat
+from gpu.indirect.glossy_reflection import GlossyReflection
 from gpu.indirect.lobe_light import KnownLight, known_light
 from gpu.indirect.near_field import NearField
-from gpu.indirect.other_branch import add_other_branch
+from gpu.indirect.other_branch import OtherBranch
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
 from gpu.methods.view_state import ViewState
@@ -169,12 +171,13 @@ class Passes:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._settings = setup.settings
-        self._splits = frame.traces_lobes and frame.features.see_through
+        splits = frame.traces_lobes and frame.features.see_through
+        self._other_branch = OtherBranch(frame.size, frame.device) if splits else None
         # Lobes that a chain goes on in bring direct light, too.
         whole = self._settings.component is Component.FULL
         by_photons = self._settings.method is Method.PHOTON_GATHER and frame.features.lobes
         self._draws_lobes = whole and (frame.gloss is not None or by_photons)
-        frame.chain_samples.splits, frame.chain_samples.seed = self._splits, self._settings.seed
+        frame.chain_samples.splits, frame.chain_samples.seed = splits, self._settings.seed
         # Shadow maps know light's first bounce alone.
         bounces = 1 if self._settings.method is Method.RSM_DISKS else setup.bounces
         sent = setup.light_sets.table, frame.features, bounces
@@ -263,16 +266,28 @@ class Passes:
     def begin_gloss(self, view: ViewState, cache: "RadiosityCache | None", kind: FrameKind, stages: Stages,
                     histories: Histories | None = None) -> None:  # fmt: skip
         """Begin to find by the `cache`, if there is one, what glossy surfaces and frosted glass show, if there are any
-        and no chains go on by way of them; after `begin`.
+        and no chains go on by way of them, and what glass and veils show besides; after `begin`.
         """
-        frame, gloss = self._frame, self._frame.gloss
-        if gloss is None or frame.chain_samples.lobes:
+        frame, gloss, other = self._frame, self._frame.gloss, self._other_branch
+        if frame.chain_samples.lobes:
+            return
+        if other and not kind.refines:
+
+            def branches() -> None:
+                samples, known = frame.chain_samples, self._known(cache)
+                other.find(frame.scene, view.camera, samples, frame.gbuffer, known, frame.features)
+
+            stages.fork("branches", "rays", branches, repeats=kind.captured, apart=True)
+        if gloss is None:
             return
         history = histories.gloss if histories else None
 
         def rays() -> None:
-            which, known = direct_samples(1, frame.frame_index, self._settings.seed), self._known(cache)
-            gloss.trace(frame.scene, view.camera, frame.gbuffer, known, which)
+            frames = None
+            if history and histories and kind.write_history and kind.read_history:
+                frames = history.find(frame.gbuffer, histories.previous)
+            which = direct_samples(1, frame.frame_index, self._settings.seed, None, frames, SETTLED_FRAMES)
+            gloss.trace(frame.scene, view.camera, frame.gbuffer, self._known(cache), which)
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, gloss.light, read_history=kind.read_history)
             if kind.denoise:
@@ -285,27 +300,25 @@ class Passes:
         return known_light(self._setup.light_sets.table, cache, direct=self._has_direct)
 
     def end_gloss(self, view: ViewState, cache: "RadiosityCache | None", kind: FrameKind, stages: Stages) -> None:
-        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache`, if there is one, what
-        clear coats and glass show besides, if there are any.
+        """Have in the picture what glossy surfaces reflect, if there are any, by the `cache`, if there is one, what
+        clear coats show besides, and what glass and veils do.
         """
-        frame, gloss, splits = self._frame, self._frame.gloss, self._splits and not kind.refines
+        frame, gloss, other = self._frame, self._frame.gloss, self._other_branch
         coats = frame.features.coats and frame.gbuffer.traces_gloss
         if frame.chain_samples.lobes:
             return
 
-        def add() -> None:
-            if gloss is not None:
-                gloss.add(frame.gbuffer, view.radiance)
-            known = self._known(cache)
+        def add(gloss: GlossyReflection) -> None:
+            gloss.add(frame.gbuffer, view.radiance)
             if coats:
+                known = self._known(cache)
                 which = direct_samples(self._setup.sample_counts.samples, frame.frame_index, self._settings.seed)
                 add_clear_coat(frame.scene, frame.size, frame.gbuffer, known, which, view.radiance, frame.features)
-            if splits:
-                seen = frame.chain_samples, frame.gbuffer, known, view.radiance, frame.features
-                add_other_branch(frame.scene, view.camera, frame.size, *seen)
 
-        if gloss is not None or splits:
-            stages.run("gloss", add, repeats=kind.captured, waits_for_fork=gloss is not None, branch=splits)
+        if gloss is not None:
+            stages.run("gloss", partial(add, gloss), repeats=kind.captured, waits_for_fork=True)
+        if other and not kind.refines:
+            stages.run("branches", partial(other.add, view.radiance), repeats=kind.captured, waits_for_fork=True)
 
     def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
                      near: bool) -> None:  # fmt: skip

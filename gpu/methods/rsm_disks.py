@@ -23,7 +23,7 @@ class RsmDisks(FuzzyVpl):
 
     stage_names = ("gbuffer", "caustic-photons", "history", "shadow-maps", "map-clusters", "disks", "cluster",
                    "visibility", "shade", "correct", "refine", "bright", "direct", "caustics", "near", "interpolate",
-                   "gloss", "antialias", "keep")  # fmt: skip
+                   "gloss", "branches", "antialias", "keep")  # fmt: skip
     lights: RsmLights
 
     @staticmethod

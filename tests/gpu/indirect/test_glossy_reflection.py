@@ -41,10 +41,15 @@ class Room:
         self.view.find_shading_points()
         assert self.view.gloss
         self.gloss: GlossyReflection = self.view.gloss
-        moment = wp.zeros(1, dtype=int, device=CPU)
-        known = known_light(lights.table, self.cache, direct=True)
-        seen_by = self.view.scene, self.view.camera, self.view.gbuffer
-        self.gloss.trace(*seen_by, known, direct_samples(1, moment, 0))
+        self.known = known_light(lights.table, self.cache, direct=True)
+        self.trace()
+
+    def trace(self, frames: int | None = None) -> Floats:
+        """What is found where light is known of so many `frames`; `light` after it."""
+        moment, seen_by = wp.zeros(1, dtype=int, device=CPU), (self.view.scene, self.view.camera, self.view.gbuffer)
+        before = None if frames is None else wp.full(SIZE[0] * SIZE[1], frames, dtype=int, device=CPU)
+        self.gloss.trace(*seen_by, self.known, direct_samples(1, moment, 0, None, before, settled=5))
+        return self.light()
 
     def light(self) -> Floats:
         return np.array(self.gloss.light.numpy())
@@ -62,6 +67,21 @@ def test_lobes_find_the_light_around_and_share_it(room: Room) -> None:
     room.gloss.share(room.view.gbuffer)
     assert room.light().mean() == pytest.approx(found.mean(), rel=0.02)
     assert room.light().std() < 0.6 * found.std()
+
+
+def test_of_rows_whose_light_is_known_each_second_has_that_of_the_rows_beside() -> None:
+    """But for those at the picture's rim and beside another surface, and where light is known of fewer frames."""
+    room = Room(0.2)
+    room.view.gbuffer.roughness.assign(np.repeat([0.2, 0.3], SIZE[0] * SIZE[1] // 2).astype(np.float32))
+    each = room.trace()
+    assert (room.trace(frames=4) == each).all()
+    found, own = (light.reshape(SIZE[1], SIZE[0], 3) for light in (room.trace(frames=5), each))
+    between = [row for row in range(1, SIZE[1] - 1, 2) if row != SIZE[1] // 2 - 1]
+    others = [row for row in range(SIZE[1]) if row not in between]
+    assert (found[others] == own[others]).all()
+    beside = (own[[row - 1 for row in between]] + own[[row + 1 for row in between]]) / 2.0
+    assert np.allclose(found[between], beside)
+    assert not np.allclose(own[between], beside)
 
 
 def test_what_lobes_look_for_is_no_part_of_even_light(room: Room) -> None:

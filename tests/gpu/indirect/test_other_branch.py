@@ -7,14 +7,21 @@ import pytest
 from frame_view import FrameView
 from scenes import box, grey, quad, resident_of
 
-from gpu.indirect.lobe_light import known_light
-from gpu.indirect.other_branch import add_other_branch
+from gpu.indirect.lobe_light import KnownLight, known_light
+from gpu.indirect.other_branch import OtherBranch
 from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Doubles, Material, Sky
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 SIZE = (24, 16)
 CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
+
+
+def add_other(view: FrameView, known: KnownLight) -> None:
+    """Add what the other branch shows to a view's radiance."""
+    frame, other = view.frame, OtherBranch(SIZE, view.frame.device)
+    other.find(frame.scene, view.camera, frame.chain_samples, frame.gbuffer, known, frame.features)
+    other.add(view.radiance)
 
 
 def seen(material: Material) -> tuple[Doubles, Doubles]:
@@ -34,8 +41,7 @@ def seen(material: Material) -> tuple[Doubles, Doubles]:
     view.set_camera(CAMERA)
     view.find_shading_points()
     frame, known = view.frame, known_light(lights.table, cache, direct=True)
-    seen_by = frame.scene, view.camera, SIZE, frame.chain_samples, frame.gbuffer, known, view.radiance
-    add_other_branch(*seen_by, frame.features)
+    add_other(view, known)
     return frame.gbuffer.throughput.numpy()[:, 0].astype(float), view.radiance.numpy()[:, 0] * np.pi / 2.0
 
 
@@ -67,8 +73,7 @@ def test_the_other_branch_of_a_faint_veil_before_the_sky_is_the_sky() -> None:
     view.set_camera(CAMERA)
     view.find_shading_points()
     known = known_light(LightSets(view.device_scene).table, None, direct=True)
-    seen_by = view.frame.scene, view.camera, SIZE, view.frame.chain_samples, view.gbuffer, known, view.radiance
-    add_other_branch(*seen_by, view.frame.features)
+    add_other(view, known)
     up = -view.gbuffer.to_camera.numpy()[:, 1:2]
     assert np.allclose(view.radiance.numpy(), 0.8 * (1.0 + up), atol=1e-5)
 
@@ -84,8 +89,7 @@ def test_behind_a_veil_backs_are_seen_through_as_before_it() -> None:
     view.set_camera(CAMERA)
     view.find_shading_points()
     known = known_light(LightSets(device_scene).table, None, direct=True)
-    seen_by = view.frame.scene, view.camera, SIZE, view.frame.chain_samples, view.gbuffer, known, view.radiance
-    add_other_branch(*seen_by, view.frame.features)
+    add_other(view, known)
     up = -view.gbuffer.to_camera.numpy()[:, 1:2]
     assert np.allclose(view.radiance.numpy(), 0.3 * (1.0 + up), atol=1e-5)
 
