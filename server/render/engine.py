@@ -404,6 +404,7 @@ class Engine:
         return entry
 
     def _dispatch(self) -> None:
+        self._running.alone = self._quarantine.suspecting
         while self._listening and not self._running.full:
             if (entry := self._schedule.next(self._running.admit)) is None:
                 break

@@ -1,13 +1,16 @@
 """What ended a worker, so that nobody has it tried again: each time would take the device from all others, too.
 
 A job is held to be at fault if its worker crashed, was killed because it hung, or ended after it had long been at it. A
-worker killed in a short time may have been killed by somebody: then the job is tried once more. Another seed or a pixel
-less is no way round: when two pictures that cost about the same have ended workers, all that cost as much are out.
+worker killed in a short time may have been killed by somebody: then the job is tried once more. Of several jobs that a
+worker had at once none is: jobs have a worker to themselves then, until each of these has been done or has ended one.
+Another seed or a pixel less is no way round: when two pictures that cost about the same have ended workers, all that
+cost as much are out.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from signal import SIGKILL, SIGTERM
+from time import monotonic
 
 from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
@@ -23,6 +26,7 @@ LONG_SECONDS = 5.0  # of a job, in which a worker killed from outside was rather
 LIKE, LIKE_STRIKES = 0.5, 2
 SCENE_STRIKES = 3  # of a file, however it is read, that ended workers, after which it is not shown at all
 MOST = 1000  # that are remembered
+SUSPECT_SECONDS = 30.0  # after which nobody wants a job any more that has been neither done nor at fault
 
 
 class QuarantinedError(UserError):
@@ -68,6 +72,7 @@ class Quarantine:
     """Counts what jobs did to workers, by scene and settings; a file that has changed is another scene."""
 
     _strikes: dict[_Offence, int] = field(default_factory=dict)  # in the order of their last
+    _suspects: dict[_Offence, float] = field(default_factory=dict)  # and since when [s]
 
     def blame(self, job: Job, seconds: float, status: int | None, *, hung: bool) -> None:
         """A worker has ended with this exit status (negative: a signal) in a turn of a job, with which it has been for
@@ -76,17 +81,22 @@ class Quarantine:
         offence = _offence(job)
         if offence is None:
             return
+        self._suspects.pop(offence, None)
         killed = status is not None and -status in (SIGKILL, SIGTERM)
         strikes = 1 if killed and not hung and seconds < LONG_SECONDS else STRIKES
         self._strike(offence, strikes)
 
     def suspect(self, jobs: Iterable[Job]) -> None:
-        """A worker has ended in turns of several jobs at once, of which any may be at fault: the one that is will be
-        there again.
-        """
-        for offence in dict.fromkeys(_offence(job) for job in jobs):
-            if offence is not None:
-                self._strike(offence, 1)
+        """A worker has ended in turns of several jobs at once, of which any may be at fault."""
+        now = monotonic()
+        self._suspects |= {offence: now for job in jobs if (offence := _offence(job)) is not None}
+
+    @property
+    def suspecting(self) -> bool:
+        """Whether a worker is to have one job at a time, so that it is known which ended it."""
+        now = monotonic()
+        self._suspects = {what: since for what, since in self._suspects.items() if now - since < SUSPECT_SECONDS}
+        return bool(self._suspects)
 
     def _strike(self, offence: _Offence, strikes: int) -> None:
         self._strikes[offence] = self._strikes.pop(offence, 0) + strikes
@@ -95,8 +105,9 @@ class Quarantine:
 
     def acquit(self, job: Job) -> None:
         """It has been done."""
-        if self._strikes and (offence := _offence(job)) is not None:
+        if (self._strikes or self._suspects) and (offence := _offence(job)) is not None:
             self._strikes.pop(offence, None)
+            self._suspects.pop(offence, None)
 
     def check(self, job: Job, *, cuda: bool = False) -> None:
         """QuarantinedError for a job that is not tried again; cuda: it would be on a GPU."""

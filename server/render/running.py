@@ -44,10 +44,10 @@ class RunningTurn:
 
 
 class RunningTurns:
-    """By request, the one that began first first; `lanes`: how many there may be."""
+    """By request, the one that began first first; `lanes`: how many there may be; `alone`: for now, one at a time."""
 
     def __init__(self) -> None:
-        self.lanes = 1
+        self.lanes, self.alone = 1, False
         self._turns: dict[int, RunningTurn] = {}
         self._clients: set[int] = set()  # whose turns they are
 
@@ -74,7 +74,7 @@ class RunningTurns:
     @property
     def full(self) -> bool:
         """Whether none may begin beside these."""
-        return len(self._turns) >= self.lanes
+        return len(self._turns) >= (1 if self.alone else self.lanes)
 
     @property
     def began(self) -> float | None:

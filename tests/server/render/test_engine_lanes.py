@@ -4,15 +4,16 @@ import asyncio
 import os
 import signal
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 
 import pytest
-from gradient_worker import GATHER_SEED
+from gradient_worker import ENOUGH, FAULT_SEED, GATHER_SEED, SLICED_SEED
 from live_engine import job, result, running, until
 
 from server.render.engine import Engine
 from server.render.quarantine import QuarantinedError
 from server.render.schedule import Urgency
-from server.render.worker_link import InnocentLossError
+from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.wire.worker import Render
 
 LANES = 3
@@ -54,21 +55,42 @@ def test_as_many_jobs_are_under_way_as_the_worker_has_lanes_and_poses_are_taken_
     with_lanes(scenario)
 
 
-def test_a_crash_with_several_jobs_under_way_is_held_against_what_is_there_again() -> None:
+def test_of_several_jobs_under_way_the_one_that_ends_a_worker_is_out_and_no_other() -> None:
+    innocent, culprit = job(1, seed=SLICED_SEED), job(2, seed=FAULT_SEED)
+
     async def scenario(engine: Engine) -> None:
-        for number in (1, 2):
-            replies = [
-                await engine.submit(viewer, Urgency.MOVING, lambda: job(2, seed=GATHER_SEED)) for viewer in (1, 2)
-            ]
-            assert engine.worker_pid is not None
-            os.kill(engine.worker_pid, signal.SIGKILL)
-            for reply in replies:
-                assert reply is not None
-                with pytest.raises(InnocentLossError):
-                    await reply
-            await result(engine, job())
-            assert engine.restarts == number
+        lost = await asyncio.gather(result(engine, innocent), result(engine, culprit), return_exceptions=True)
+        assert [type(error) for error in lost] == [InnocentLossError] * 2
+        # Now each has a worker to itself.
+        with pytest.raises(WorkerLostError) as found:
+            await result(engine, culprit)
+        assert type(found.value) is WorkerLostError
         with pytest.raises(QuarantinedError):
-            await result(engine, job(seed=GATHER_SEED))
+            await result(engine, replace(culprit, viewer=3))
+        await with_enough_others(engine, innocent)
+        assert engine.restarts == 2
 
     with_lanes(scenario)
+
+
+def test_nobody_is_out_for_workers_that_somebody_kills() -> None:
+    innocent = job(1, seed=SLICED_SEED)
+
+    async def scenario(engine: Engine) -> None:
+        for number in (1, 2, 3):
+            both = [asyncio.ensure_future(result(engine, replace(innocent, viewer=viewer))) for viewer in (1, 2)]
+            await until(lambda: engine.queued(1) + engine.queued(2) == 2 and not engine.waiting.total())
+            assert engine.worker_pid is not None
+            os.kill(engine.worker_pid, signal.SIGKILL)
+            lost = await asyncio.gather(*both, return_exceptions=True)
+            assert [type(error) for error in lost] == [InnocentLossError] * 2
+            await with_enough_others(engine, innocent)
+            assert engine.restarts == number
+
+    with_lanes(scenario)
+
+
+async def with_enough_others(engine: Engine, sliced: Render) -> None:
+    """A job that is done once so many others are."""
+    others = [result(engine, job(viewer)) for viewer in range(3, 3 + ENOUGH)]
+    await asyncio.gather(result(engine, sliced), *others)

@@ -1,12 +1,21 @@
 from dataclasses import replace
 from signal import SIGKILL, SIGSEGV
+from time import monotonic
 from typing import Any
 
 import pytest
 
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
-from server.render.quarantine import LIKE_STRIKES, LONG_SECONDS, MOST, SCENE_STRIKES, Quarantine, QuarantinedError
+from server.render.quarantine import (
+    LIKE_STRIKES,
+    LONG_SECONDS,
+    MOST,
+    SCENE_STRIKES,
+    SUSPECT_SECONDS,
+    Quarantine,
+    QuarantinedError,
+)
 from server.wire.worker import HEARTBEAT, CloseScene, Export, Job, OpenScene, Pick, Render, SceneCamera, SceneRef
 
 HALL = SceneRef("hall.glb", "/scenes/hall.glb", 1)
@@ -145,11 +154,27 @@ def test_a_bounded_number_is_remembered() -> None:
     assert is_out(quarantine, picture(replace(HALL, stamp=1), seed=1))
 
 
-def test_of_several_jobs_at_once_the_one_that_is_there_again_is_out() -> None:
+def test_of_several_jobs_at_once_each_is_suspected_until_it_is_done_or_ends_a_worker_alone() -> None:
     quarantine = Quarantine()
-    culprit, innocent, other = picture(seed=1), picture(seed=2), picture(seed=3)
-    quarantine.suspect([culprit, replace(culprit, viewer=9), innocent, CloseScene(HALL)])
+    culprit, innocent = picture(seed=1), picture(seed=2)
+    for _ in range(3):
+        quarantine.suspect([culprit, replace(culprit, viewer=9), innocent, CloseScene(HALL)])
+    assert quarantine.suspecting
     assert not is_out(quarantine, culprit)
+    assert not is_out(quarantine, innocent)
     quarantine.acquit(innocent)
-    quarantine.suspect([culprit, innocent, other])
-    assert [is_out(quarantine, job) for job in (culprit, innocent, other)] == [True, False, False]
+    assert quarantine.suspecting
+    quarantine.blame(culprit, 0.1, CRASH, hung=False)
+    assert not quarantine.suspecting
+    assert is_out(quarantine, culprit)
+
+
+def test_nobody_is_suspected_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    quarantine = Quarantine()
+    quarantine.suspect([picture(seed=1)])
+    now = monotonic()
+    monkeypatch.setattr("server.render.quarantine.monotonic", lambda: now + SUSPECT_SECONDS + 1.0)
+    quarantine.suspect([picture(seed=2)])
+    assert quarantine.suspecting
+    quarantine.acquit(picture(seed=2))
+    assert not quarantine.suspecting

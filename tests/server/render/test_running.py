@@ -44,6 +44,16 @@ def test_there_are_as_many_at_once_as_lanes() -> None:
     assert len(running) == 1
 
 
+def test_one_is_alone_where_that_is_wanted() -> None:
+    running = turns(3)
+    running.alone = True
+    assert running.admit(entry(1))
+    running = turns(3, entry(1), entry(2))
+    running.alone = True
+    assert running.full
+    assert not running.admit(entry(3))
+
+
 def test_a_client_has_one_at_a_time() -> None:
     running = turns(3, entry(1), entry(STILLS, STILL))
     assert not running.admit(entry(1, STILL))
