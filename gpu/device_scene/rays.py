@@ -12,7 +12,8 @@ from gpu.device_scene.sides import is_solid, solid_share
 OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
 # Nearer to the origin float32 resolves finer than the intersection test, which rounds at the scale of the box.
 OFFSET_FLOOR = wp.constant(0.0625)
-# Rays to a point that is on no surface, such as a lamp, end so far before it: it may lie in a wall's plane.
+# Rays to a point that is on no surface, such as a lamp, end so far before it, and those from a lamp begin so far from
+# it: it may lie in a wall's plane.
 POINT_GAP = wp.constant(4.0 * OFFSET_ULP)
 # A ray that meets more masks than this ends: a loop has to.
 MAX_ALPHA_LAYERS = wp.constant(64)

@@ -5,6 +5,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.environment import sample_environment
+from gpu.device_scene.rays import POINT_GAP
 from gpu.device_scene.sides import emits_from_back, triangle_normal
 from gpu.device_scene.surface import emitted_at
 from gpu.lights.light_table import (
@@ -104,8 +105,8 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
         return particle
     cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
     particle.light = scene.materials.shape[0] + 1 + number
-    particle.origin = light.position
     particle.direction = cone_direction(light.direction, cos_angle, outgoing.x, outgoing.y)
+    particle.origin = light.position + particle.direction * POINT_GAP
     share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
     particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
     return particle

@@ -40,6 +40,13 @@ def test_a_lamp_in_a_box_gives_the_same_series() -> None:
     assert np.allclose(vpls.flux.numpy().sum(axis=0, dtype=np.float64), expected, rtol=0.02)
 
 
+def test_a_spot_in_the_plane_of_a_ceiling_shines_into_the_room() -> None:
+    down = Light("down", LightKind.SPOT, (1.0, 1.0, 1.0), (0.1, 0.47, -0.2), (0.0, -1.0, 0.0), 0.9, 0.9)
+    vpls = paths_in(resident_of(box(half=0.47), [grey(0.5)], lights=[down]), 1)
+    assert len(vpls.flux) == PATHS
+    assert (vpls.position.numpy()[:, 1] < 0.0).all()
+
+
 def test_vpls_lie_on_surfaces_and_face_the_side_that_was_lit() -> None:
     device_scene = resident_of(box(), [grey(0.8)], lights=[BULB])
     vpls = paths_in(device_scene, 4)
