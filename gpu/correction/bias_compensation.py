@@ -14,7 +14,7 @@ from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
-from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import even_reflectance, largest, over_even, spread_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
@@ -25,13 +25,15 @@ from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.received_lobes import received_by_lobe
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import hashed, pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.vpl.bound_area import BoundAreas, bound_area
 from gpu.vpl.form_factor import light_of, member_irradiance
-from gpu.vpl.group_sampling import offered, reservoir
+from gpu.vpl.group_sampling import Reservoir, offered, reservoir
 from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.vpl_lobes import LEAST_ROUGHNESS, VplLobes, by_lobe, sends_by_lobe
 
 VPL_KEY = wp.constant(wp.uint32(0x1B56C4E9))
 
@@ -54,21 +56,24 @@ BIAS_COMPENSATION_PARAMETERS: BiasCompensationParameters = parameters(BiasCompen
 
 @wp.struct
 class CompensationPaths:
-    """One path of each SP. bounds: tell A anywhere; areas (vpl,): A of VPLs; bounces: the most surfaces that light
-    meets before an SP; sample: the path's number among those of the SP; seed: of all of these.
+    """One path of each SP. bounds: tell A anywhere; areas (vpl,): A of VPLs; lobes: of VPLs; bounces: the most surfaces
+    that light meets before an SP; sample: the path's number among those of the SP; seed: of all of these.
     """
 
     bounds: BoundAreas
     areas: wp.array[float]
+    lobes: VplLobes
     bounces: int
     sample: int
     seed: int
 
 
 @wp.func
-def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, paths: CompensationPaths, last_bounce: int,
-                      state: wp.uint32, chosen: BiasCompensationParameters) -> wp.vec3:  # fmt: skip
-    """An estimate of the irradiance at `surface` by bounded VPLs of at most `last_bounce`, with one shadow ray."""
+def seen_vpl(scene: SceneData, surface: Surface, vpls: VplClusters, paths: CompensationPaths, last_bounce: int,
+             state: wp.uint32, chosen: BiasCompensationParameters) -> Reservoir:  # fmt: skip
+    """One of the bounded VPLs of at most `last_bounce`, drawn by the irradiance that it sends `surface`; no item where
+    a shadow ray finds it hidden.
+    """
     members = vpls.members
     candidates = wp.static(CONNECTION_PARAMETERS.candidates)
     drawn = reservoir(state)
@@ -79,25 +84,44 @@ def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, pat
             light = member_irradiance(surface.position, surface.geometric_normal, vpls, vpl, area)
             if brightness(light) > 0.0:
                 drawn = offered(drawn, vpl, brightness(light))
-    nothing = wp.vec3(0.0, 0.0, 0.0)
-    if drawn.item < 0:
-        return nothing
-    position = members.position[drawn.item]
-    normal = members.normal[drawn.item]
-    if not connected(scene, surface.position, surface.geometric_normal, position, normal):
-        return nothing
-    return light_of(
-        vpls, drawn.item, drawn.total * float(members.count) / float(wp.static(CONNECTION_PARAMETERS.candidates))
-    )
+    if drawn.item >= 0:
+        position = members.position[drawn.item]
+        normal = members.normal[drawn.item]
+        if not connected(scene, surface.position, surface.geometric_normal, position, normal):
+            drawn.item = -1
+    return drawn
 
 
 @wp.func
-def compensating_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClusters, paths: CompensationPaths,
-                       seed: int, chosen: BiasCompensationParameters) -> wp.vec3:  # fmt: skip
-    """An estimate of the irradiance at `first` that bounds of VPLs leave out, over π [W/m²/sr]."""
+def vpl_light(surface: Surface, view: wp.vec3, even: wp.vec3, vpls: VplClusters, lobes: VplLobes,
+              drawn: Reservoir) -> wp.vec3:  # fmt: skip
+    """An estimate of the irradiance at `surface` by VPLs, of which one is `drawn`: so much as if it reflected `even` of
+    it, evenly, to unit `view`.
+    """
+    if drawn.item < 0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    candidates = float(wp.static(CONNECTION_PARAMETERS.candidates))
+    light = light_of(vpls, drawn.item, drawn.total * float(vpls.members.count) / candidates)
+    to_light = wp.normalize(vpls.members.position[drawn.item] - surface.position)
+    light = wp.cw_mul(light, by_lobe(lobes, vpls.members, drawn.item, -to_light))
+    if surface.f90 > 0.0:
+        light = wp.cw_mul(light, over_even(surface, view, to_light, even))
+    return light
+
+
+@wp.func
+def compensating_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, pixel: int, vpls: VplClusters,
+                       paths: CompensationPaths, seed: int,
+                       chosen: BiasCompensationParameters) -> wp.vec3:  # fmt: skip
+    """An estimate of the irradiance at the SP of a pixel that bounds of VPLs leave out, over π [W/m²/sr]."""
     light = wp.vec3(0.0, 0.0, 0.0)
     throughput = wp.vec3(1.0, 1.0, 1.0)
-    surface = first
+    reflectance = wp.vec3(1.0, 1.0, 1.0)
+    view = wp.vec3(0.0, 0.0, 0.0)
+    surface = Surface()
+    surface.position = gbuffer.position[pixel]
+    surface.geometric_normal = gbuffer.geometric_normal[pixel]
+    surface.normal = gbuffer.normal[pixel]
     wider = float(1.0)
     for bounce in range(paths.bounces):
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
@@ -105,23 +129,32 @@ def compensating_light(scene: SceneData, table: LightTable, first: Surface, vpls
         direction = cosine_direction(surface.normal, place.x, place.y)
         if wp.dot(direction, surface.geometric_normal) <= 0.0:
             return light
+        if bounce == 0:
+            throughput = received_by_lobe(gbuffer, pixel, direction)
+        elif surface.f90 > 0.0:
+            throughput = wp.cw_mul(throughput, over_even(surface, view, direction, reflectance))
         origin = offset_origin(surface.position, surface.geometric_normal, direction)
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             return light
         surface = surface_at(scene, hit, direction)
         surface.normal = surface.geometric_normal
-        reflectance = even_reflectance(surface, -direction)
-        # The rest of the light of emitters comes by caustics.
-        surface.diffuse = spread_reflectance(surface, -direction, 1.0)
-        surface.f90 = 0.0
+        view = -direction
+        reflectance = even_reflectance(surface, view)
+        if paths.lobes.count > 0 and sends_by_lobe(surface):
+            surface.roughness = wp.max(surface.roughness, LEAST_ROUGHNESS)
+        else:
+            # The rest of the light of emitters comes by caustics.
+            surface.diffuse = spread_reflectance(surface, view, 1.0)
+            surface.f90 = 0.0
+            surface.sheen = wp.vec3(0.0, 0.0, 0.0)
         area = wider * bound_area(paths.bounds, surface.position, surface.normal)
         share = area / (PI * hit.t * hit.t + area)
         throughput = throughput * share
-        light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
-        if table.sampled.count > 0 and largest(surface.diffuse) > 0.0:
+        light += wp.cw_mul(throughput, delta_light(scene, table, surface, view))
+        if table.sampled.count > 0 and largest(reflectance) > 0.0:
             own = samples_by_power(paths.sample, 0, 1, seed + bounce + 1)
-            found = ris_light(scene, table, surface, -direction, own, 0, False)
+            found = ris_light(scene, table, surface, view, own, 0, False)
             light += wp.cw_mul(throughput, found)
         survival = wp.min(chosen.wider * share, 1.0)
         if sobol_pair(paths.sample, pair + 3, seed).x >= survival:
@@ -129,8 +162,8 @@ def compensating_light(scene: SceneData, table: LightTable, first: Surface, vpls
         throughput = wp.cw_mul(throughput, reflectance) / survival
         state = hashed(wp.uint32(seed) ^ hashed(VPL_KEY + wp.uint32(paths.sample * paths.bounces + bounce)))
         wider = chosen.wider
-        vpl_light = sampled_vpl_light(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)
-        light += wp.cw_mul(throughput, vpl_light) / PI
+        drawn = seen_vpl(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)
+        light += wp.cw_mul(throughput, vpl_light(surface, view, reflectance, vpls, paths.lobes, drawn)) / PI
     return light
 
 
@@ -152,12 +185,8 @@ def bias_compensation_kernel(features: SceneFeatures) -> wp.Kernel:
             return
         scene = specialise(scene)
         pixel = points.pixels[sp]
-        surface = Surface()
-        surface.position = gbuffer.position[pixel]
-        surface.geometric_normal = gbuffer.geometric_normal[pixel]
-        surface.normal = gbuffer.normal[pixel]
         seed = pixel_seed(pixel, paths.seed)
-        irradiance[pixel] += compensating_light(scene, table, surface, vpls, paths, seed, chosen) * PI
+        irradiance[pixel] += compensating_light(scene, table, gbuffer, pixel, vpls, paths, seed, chosen) * PI
 
     return bias_compensation_kernel
 

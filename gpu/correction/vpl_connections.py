@@ -27,12 +27,14 @@ from gpu.indirect.clustered_light import ClusteredLight, cluster_visibility_of, 
 from gpu.indirect.far_field import visibility_weight
 from gpu.indirect.fuzzy_shading import REGISTERS
 from gpu.indirect.irradiance import CHECKS, Indirect
+from gpu.indirect.received_lobes import received_by_lobe
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, light_of, member_irradiance, unoccluded_irradiance
 from gpu.vpl.group_sampling import offered, reservoir
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, cluster_of
+from gpu.vpl.vpl_lobes import VplLobes, by_lobe
 
 CONNECTION_KEY = wp.constant(wp.uint32(0x7F4A7C15))
 # A ray counts for all that it stands for: a bound would take light away.
@@ -53,13 +55,14 @@ CONNECTION_PARAMETERS = ConnectionParameters()
 class Connections:
     """A pass of rays, of which each SP sends CHECKS: number `number` of `passes`.
 
-    areas (vpl,): A of each VPL's bound, unit space squared; seed: of the frame.
+    areas (vpl,): A of each VPL's bound, unit space squared; lobes: of VPLs; seed: of the frame.
     """
 
     number: int
     passes: int
     seed: int
     areas: wp.array[float]
+    lobes: VplLobes
 
 
 @wp.func
@@ -211,8 +214,8 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
 
 
 @wp.kernel
-def connected_light_kernel(first: int, points: PointList, vpls: VplClusters, rays: ShadowRays, this_pass: Connections,
-                           irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+def connected_light_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters, rays: ShadowRays,
+                           this_pass: Connections, irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: adds what arrived to that of the passes before, irradiance (pixel,) [W/m²]."""
     sp = first + wp.tid()
     if sp >= points.count[0]:
@@ -225,7 +228,10 @@ def connected_light_kernel(first: int, points: PointList, vpls: VplClusters, ray
         index = sp * CHECKS + check
         vpl = rays.vpl[index]
         if vpl >= 0:
-            light += light_of(vpls, vpl, rays.share[index])
+            way = wp.normalize(gbuffer.position[pixel] - vpls.members.position[vpl])
+            sent = light_of(vpls, vpl, rays.share[index])
+            sent = wp.cw_mul(sent, by_lobe(this_pass.lobes, vpls.members, vpl, way))
+            light += wp.cw_mul(sent, received_by_lobe(gbuffer, pixel, -way))
     irradiance[pixel] = light
 
 
@@ -233,7 +239,7 @@ def connect(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, known: Clust
             rays: ShadowRays, these: Connections) -> None:  # fmt: skip
     """Overwrite the irradiance of `sps`, which were shaded by what is `known`, with what VPLs send them.
 
-    rays: CHECKS for each SP; these: with the number of passes, areas and seed.
+    rays: CHECKS for each SP; these: with the number of passes, areas, lobes and seed.
     """
     draw, points, device = connection_ray_kernel(known.clusters.cluster.shape[0]), sps.points, sps.device
     for number in range(these.passes):
@@ -241,4 +247,5 @@ def connect(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, known: Clust
         inputs = [gbuffer, points, known, these, indirect, rays, UNBOUNDED]
         launch(draw, CHECKS * sps.capacity, inputs, device)
         trace_shadow_rays(scene, gbuffer, points, known.vpls, rays)
-        launch(connected_light_kernel, sps.capacity, [points, known.vpls, rays, these, indirect.irradiance], device)
+        inputs = [gbuffer, points, known.vpls, rays, these, indirect.irradiance]
+        launch(connected_light_kernel, sps.capacity, inputs, device)

@@ -19,6 +19,8 @@ from gpu.sampling.warps import cone_direction, cosine_direction, orthonormal
 
 # A view along the surface divides by zero.
 MIN_COSINE = wp.constant(1.0e-4)
+# Of even light, by which is divided.
+LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
 
 
 @dataclass(frozen=True)
@@ -343,6 +345,15 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     if is_fibrous(surface):
         even += even_sheen(surface, view)
     return even
+
+
+@wp.func
+def over_even(surface: Surface, view: wp.vec3, light: wp.vec3, even: wp.vec3) -> wp.vec3:
+    """What `surface` reflects of light from unit `light` to unit `view`, over what it would if it reflected `even` of
+    all light evenly.
+    """
+    cosine = wp.max(wp.dot(surface.normal, light), MIN_COSINE)
+    return wp.cw_div(reflected(surface, view, light) * (PI / cosine), wp.max(even, LEAST_REFLECTED))
 
 
 @wp.func

@@ -13,9 +13,11 @@ from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.irradiance import Indirect
+from gpu.indirect.received_lobes import received_by_lobe
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.vpl_lobes import VplLobes, by_lobe, no_lobes
 
 
 @cache
@@ -29,6 +31,7 @@ def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
         gbuffer: GBuffer,
         points: PointList,
         vpls: VplClusters,
+        lobes: VplLobes,
         begin: int,
         end: int,
         out: Indirect,
@@ -46,6 +49,10 @@ def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
             light = unoccluded_irradiance(position, normal, vpls, vpl)
             disk = disk_at(vpls.disks, vpl)
             if brightness(light) > 0.0 and connect(scene, position, geometric_normal, disk.position, disk.normal):
+                if lobes.count > 0:
+                    to_light = wp.normalize(disk.position - position)
+                    light = wp.cw_mul(light, by_lobe(lobes, vpls.members, vpl, -to_light))
+                    light = wp.cw_mul(light, received_by_lobe(gbuffer, pixel, to_light))
                 irradiance = kahan_add(irradiance, light)
         before = Sum()
         if begin > 0:
@@ -59,7 +66,10 @@ def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
 
 
 def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, begin: int, end: int,
-           out: Indirect) -> None:  # fmt: skip
-    """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it."""
-    inputs = [scene, gbuffer, sps.points, vpls, begin, end, out]
+           out: Indirect, lobes: "VplLobes | None" = None) -> None:  # fmt: skip
+    """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it.
+
+    lobes: of single VPLs, where each of `vpls` is one.
+    """
+    inputs = [scene, gbuffer, sps.points, vpls, lobes or no_lobes(), begin, end, out]
     launch(exact_gather_kernel(connection(scene)), sps.capacity, inputs, sps.device, weight=end - begin)

@@ -11,7 +11,16 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.staging_buffer import StagingBuffer
-from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import (
+    BSDF_PARAMETERS,
+    LEAST_REFLECTED,
+    even_matt,
+    even_reflectance,
+    is_grained,
+    largest,
+    sample_lobe,
+    spread_reflectance,
+)
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
@@ -19,7 +28,7 @@ from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.scattering import focus_of
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
+from gpu.device_scene.surface import Surface, surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
 from gpu.lights.light_chain import Flight, sent_on, unscattered
@@ -27,22 +36,22 @@ from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 
-# Of even light, by which what arrives is divided.
-LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
-
 
 @wp.struct
 class Vpls:
     """Virtual point lights, neighbours on a surface side by side.
 
-    position, normal (vpl,) in unit space; flux (vpl,) [W], reflected; bounce (vpl,): how many surfaces its path met
-    before; light (vpl,): what its path began at, as gpu.scene.lighting.path_light numbers the parts of a scene.
-    A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
+    position, normal (vpl,) in unit space; to_light (vpl,): unit direction that its light comes from, where light paths
+    have left it; flux (vpl,) [W], reflected; bounce (vpl,): how many surfaces its path met before; light (vpl,): what
+    its path began at, as gpu.scene.lighting.path_light numbers the parts of a scene.
+    A VPL is Lambertian, but for gpu.vpl.vpl_lobes: its intensity in a direction at angle θ from its normal is
+    flux · cosθ / π.
     """
 
     count: int
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
+    to_light: wp.array[wp.vec3]
     flux: wp.array[wp.vec3]
     bounce: wp.array[int]
     light: wp.array[int]
@@ -53,6 +62,43 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
     vpls: Vpls = allocate(Vpls, count, device)
     vpls.count = count
     return vpls
+
+
+@wp.struct
+class WayOn:
+    """Where light goes on from a surface, with the `share` of it that counts over `chance`; with chance 0 it ends."""
+
+    direction: wp.vec3
+    share: wp.vec3
+    chance: float
+
+
+@wp.func
+def way_on(surface: Surface, to_light: wp.vec3, even: wp.vec3, pick: float, x: float, y: float) -> WayOn:
+    """That of light from unit `to_light`: by the specular lobe of a surface, or evenly, as it reflects `even` of even
+    light; pick, x, y: uniform in [0, 1).
+    """
+    way = WayOn()
+    surface.normal = surface.geometric_normal
+    if surface.f90 > 0.0 and not is_grained(surface):
+        matt = even_matt(surface, to_light)
+        most = largest(matt)
+        lobe = wp.max(largest(even - matt), 0.0)
+        by_lobe = wp.max(wp.max(1.0 - most, lobe / (lobe + most)), wp.static(BSDF_PARAMETERS.least_share))
+        if pick < by_lobe:
+            # Of a lobe's samples those that count less go on less often, so that all carry about as much.
+            sample = sample_lobe(surface, to_light, x, y)
+            way.direction = sample.direction
+            way.share = sample.weight
+            way.chance = wp.where(pick < largest(sample.weight), wp.min(largest(sample.weight), by_lobe), 0.0)
+            return way
+        way.share = matt
+        way.chance = 1.0 - by_lobe
+    else:
+        way.share = even
+        way.chance = wp.where(pick < largest(even), largest(even), 0.0)
+    way.direction = cosine_direction(surface.normal, x, y)
+    return way
 
 
 @made_for(*LOOK, "environment", "specular", "frosted", "focus")
@@ -90,8 +136,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
         if path >= paths:
             return
         seed = seeds[0]
-        pick = sobol_pair(path, 0, seed)
-        particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
+        particle = emit(scene, table, sobol_pair(path, 0, seed).a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
         flux = particle.flux / float(paths)
         origin = offset_origin(particle.origin, particle.normal, particle.direction)
         direction = particle.direction
@@ -147,6 +192,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
                     continue
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
+            out.to_light[slot] = -direction
             out.bounce[slot] = bounce
             out.light[slot] = particle.light
             if wp.static(arriving):
@@ -158,15 +204,15 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
                     sent = wp.cw_div(sent, wp.max(reflectance, LEAST_REFLECTED))
                 out.flux[slot] = sent
                 focused = 0.0
-            flux = wp.cw_mul(flux, reflectance)
             if wp.static(not arriving and not lobes):
-                out.flux[slot] = flux
-            survival = largest(reflectance)
-            if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
+                out.flux[slot] = wp.cw_mul(flux, reflectance)
+            pick = sobol_pair(path, 4 + 2 * bounce, seed).x
+            place = sobol_pair(path, 3 + 2 * bounce, seed)
+            way = way_on(surface, -direction, reflectance, pick, place.x, place.y)
+            if way.chance <= 0.0:
                 return
-            flux = flux / survival
-            bounce_sample = sobol_pair(path, 3 + 2 * bounce, seed)
-            direction = cosine_direction(surface.geometric_normal, bounce_sample.x, bounce_sample.y)
+            flux = wp.cw_mul(flux, way.share) / way.chance
+            direction = way.direction
             origin = offset_origin(surface.position, surface.geometric_normal, direction)
 
     return light_path_kernel
@@ -190,6 +236,7 @@ def gather_vpls_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) 
     source = order[index]
     out.position[index] = vpls.position[source]
     out.normal[index] = vpls.normal[source]
+    out.to_light[index] = vpls.to_light[source]
     out.flux[index] = vpls.flux[source]
     out.bounce[index] = vpls.bounce[source]
     out.light[index] = vpls.light[source]

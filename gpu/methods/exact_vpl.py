@@ -18,6 +18,7 @@ from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered
 from gpu.vpl.light_set import LightSet
 from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.vpl_lobes import lobes_of
 
 # Rays a launch: few hundredths of a second on a GPU, and often enough for progress on a CPU.
 RAYS_PER_LAUNCH = 1 << 25
@@ -107,9 +108,10 @@ class ExactVpl(RenderMethod[ViewState]):
         rays = RAYS_PER_LAUNCH if frame.device.is_cuda else RAYS_PER_CPU_LAUNCH
         run = max(1, rays // frame.pixels)
         frame.indirect.irradiance.zero_()
+        lobes = None if self._gathers_clusters else lobes_of(frame.scene, frame.features, self._vpls.members)
         for begin in range(0, count, run):
             end = min(begin + run, count)
-            gather(frame.scene, frame.gbuffer, frame.shading_points, self._vpls, begin, end, frame.indirect)
+            gather(frame.scene, frame.gbuffer, frame.shading_points, self._vpls, begin, end, frame.indirect, lobes)
             self._setup.progress("gathering virtual point lights", end / count)
 
     def count(self, view: ViewState) -> None:

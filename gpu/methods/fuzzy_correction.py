@@ -22,18 +22,20 @@ from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.passes import FrameKind
 from gpu.vpl.bound_area import BoundAreas
 from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.vpl_lobes import VplLobes
 
 
 @dataclass(frozen=True)
 class Convergence:
     """What a still view's later frames are lit by: emitters and a light set.
 
-    bounds, areas (vpl,): what that set's VPLs are bounded by, read from another set; bounces: the most surfaces that
-    light meets before an SP; seed: of all frames' paths.
+    lobes: of that set's VPLs; bounds, areas (vpl,): what these are bounded by, read from another set; bounces: the most
+    surfaces that light meets before an SP; seed: of all frames' paths.
     """
 
     table: LightTable
     vpls: VplClusters
+    lobes: VplLobes
     bounds: BoundAreas
     areas: wp.array
     bounces: int
@@ -168,6 +170,7 @@ class FuzzyCorrection:
         rays.passes, rays.areas, rays.seed = self._quality.refining_passes, lights.areas, kind.seed
         paths.bounds, paths.areas, paths.bounces = lights.bounds, lights.areas, lights.bounces
         paths.sample, paths.seed = kind.sample, lights.seed
+        rays.lobes = paths.lobes = lights.lobes
 
         def connected() -> None:
             connect(frame.scene, frame.gbuffer, points, known, frame.indirect, self._rays.rays, rays)

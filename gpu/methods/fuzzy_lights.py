@@ -13,6 +13,7 @@ from gpu.settings import Clustering, Component
 from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered
 from gpu.vpl.light_set import LightSet
+from gpu.vpl.vpl_lobes import lobes_of, no_lobes
 
 
 def frames_a_set(vpls: int) -> int:
@@ -42,6 +43,7 @@ class FuzzyLights(ClusteredLights):
         self.room = min(counts.sp_clusters, most, setup.pixels), vpl_clusters
         self._bounded: tuple[LightSet, int] | None = None
         self._areas: wp.array = None
+        self._lobes = no_lobes()
         self.correction = FuzzyCorrection(frame, passes, counts.sp_clusters, vpl_clusters, lent)
 
     @property
@@ -96,8 +98,9 @@ class FuzzyLights(ClusteredLights):
         bounds = bound_areas(sets.radiosity(self._first))
         if self._bounded != known:
             self._bounded, self._areas = known, areas_of(self.vpls, bounds)
+            self._lobes = lobes_of(self._frame.scene, self._frame.features, self.vpls.members)
         table = sets.table
-        return Convergence(table, self.vpls, bounds, self._areas, self._setup.bounces, settings.seed)
+        return Convergence(table, self.vpls, self._lobes, bounds, self._areas, self._setup.bounces, settings.seed)
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, or see others now, and it sees much the same.

@@ -73,7 +73,7 @@ class RenderMethod(ABC, Generic[View]):
     gloss_view_pixel_bytes: ClassVar[int] = 0
     branches_pixel_bytes: ClassVar[int] = 0
     caustic_pixel_bytes: ClassVar[int] = 16
-    caustic_photon_bytes: ClassVar[int] = 408
+    caustic_photon_bytes: ClassVar[int] = 420
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:

@@ -15,7 +15,7 @@ from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
 
 # Device memory that a pixel of a map takes with its part of radiosity, and a seed that a viewer's walk keeps.
-MAP_PIXEL_BYTES, SEED_BYTES = 436, 8
+MAP_PIXEL_BYTES, SEED_BYTES = 460, 8
 
 
 class RsmDisks(FuzzyVpl):

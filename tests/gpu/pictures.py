@@ -6,7 +6,8 @@ from scenes import box, grey, quad, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.scene.types import Floats, Material
+from gpu.scene.scene_parts import MeshPart
+from gpu.scene.types import Camera, Floats, Material
 from gpu.settings import RenderSettings
 
 SIZE = (48, 36)
@@ -29,9 +30,21 @@ def mirror_room() -> DeviceScene:
     return resident_of([*box(), lamp, mirror], [grey(0.7), grey(0.0, 5.0), polished]).generalised()
 
 
-def picture(device_scene: DeviceScene, **settings: object) -> Floats:
+def long_room() -> tuple[DeviceScene, Camera]:
+    """A closed corridor of shiny walls with a small lamp at one end, and a view of the other."""
+    corridor = [
+        MeshPart(part.positions * (1.0, 0.5, 0.5), part.triangles, uvs=part.uvs, material=part.material)
+        for part in box()
+    ]
+    lamp = quad((-0.44, 0.2, -0.04), (0.08, 0.0, 0.0), (0.0, 0.0, 0.08), 1)
+    shiny = Material(base_color=(0.8, 0.8, 0.8, 1.0), roughness=0.5)
+    camera = look_at((-0.3, 0.0, 0.0), (0.5, 0.0, 0.0), yfov_degrees=70.0)
+    return resident_of([*corridor, lamp], [shiny, grey(0.0, 20.0)]).generalised(), camera
+
+
+def picture(device_scene: DeviceScene, camera: Camera = CAMERA, **settings: object) -> Floats:
     """Linear radiance of a frame."""
-    return Renderer(device_scene, SIZE, RenderSettings(**{**QUALITY, **settings})).render(CAMERA).radiance()
+    return Renderer(device_scene, SIZE, RenderSettings(**{**QUALITY, **settings})).render(camera).radiance()
 
 
 def relative_error(x: Floats, r: Floats) -> float:

@@ -126,3 +126,26 @@ def test_light_that_reaches_nothing_is_not_traced_for_ever() -> None:
     features = device_scene.features(lambertian=False)
     inputs = device_scene, device_scene.data, build_light_table(device_scene), 100, 4, features
     assert (paths_for(*inputs), paths_for(*inputs, max_paths_per_vpl=3)) == (1600, 300)
+
+
+def test_light_goes_on_where_lobes_send_it() -> None:
+    """From a plate of metal to the wall that it mirrors the sun to, not to the one behind."""
+    plate = quad([-0.3, -0.5, 0.3], [0.6, 0.0, 0.0], [0.0, 0.0, -0.6])
+    walls = [quad([side * 0.5, -0.5, -0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 1) for side in (-1.0, 1.0)]
+    askew = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.6, -0.8, 0.0))
+    metal = Material(metallic=1.0, roughness=0.2)
+    vpls = paths_in(resident_of([plate, *walls], [metal, grey(0.01)], lights=[askew]), 2)
+    far = (vpls.bounce.numpy() == 1) & (np.abs(vpls.position.numpy()[:, 0]) > 0.49)
+    flux, right = vpls.flux.numpy()[far, 0], vpls.position.numpy()[far, 0] > 0.0
+    assert flux[right].sum() > 0.9 * flux.sum() > 0.0
+
+
+@pytest.mark.parametrize("roughness", [0.2, 0.5, 0.9])
+def test_lobes_keep_as_much_light_on_its_way_as_surfaces_reflect(roughness: float) -> None:
+    walls = Material(base_color=(0.8, 0.5, 0.2, 1.0), roughness=roughness)
+    vpls = paths_in(resident_of(box(), [walls], lights=[BULB]), 4, paths=4 * PATHS)
+    flux, bounce = vpls.flux.numpy().astype(np.float64), vpls.bounce.numpy()
+    sent = [flux[bounce == number].sum(axis=0) for number in range(4)]
+    # The first light arrives from the bulb, mostly head-on, where lobes reflect least.
+    assert sent[3] / sent[2] == pytest.approx(sent[2] / sent[1], rel=0.04)
+    assert sent[1] / sent[0] == pytest.approx(sent[2] / sent[1], rel=0.08)
