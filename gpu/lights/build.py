@@ -92,6 +92,11 @@ def power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
     return cdf
 
 
+def probabilities(cdf: PowerCdf) -> Doubles:
+    """Of each choice, (emitter,)."""
+    return np.diff(cdf.cumulative.numpy().astype(np.float64), prepend=0.0) / 2.0**32
+
+
 @dataclass(frozen=True)
 class Emitters:
     """Their `table`, and on the host the powers (emitter,) of those that are extended, triangles and sky [W]."""

@@ -8,12 +8,14 @@ import warp as wp
 from gpu.core.device import duplicate, overwrite
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import build_light_table
-from gpu.lights.light_table import LightTable
+from gpu.lights.build import build_light_table, power_cdf, probabilities
+from gpu.lights.light_table import DIRECTIONAL, LightTable
 from gpu.lights.sun_map import SunMaps
 from gpu.scene.lighting.path_light import path_light, path_light_shares
 from gpu.scene.types import Scene, same_sky
 
+# Of all paths, those that begin at suns which light nothing that cameras find, where there are other emitters.
+_UNSEEN_SHARE = 0.2
 _SURFACES = "vertices", "normals", "triangles", "triangle_material", "uvs", "colors"
 
 
@@ -32,6 +34,23 @@ def _same_paths(one: Scene, other: Scene) -> bool:
     return same_sky(one.sky, other.sky) and one.materials == other.materials and one.lights == other.lights
 
 
+def _for_paths(table: LightTable, suns: SunMaps) -> LightTable:
+    """`table` with these maps of its suns. Where a map shows that cameras find nothing which a sun lights, as from a
+    closed room, that has few of the paths: by its power it would have all.
+    """
+    made = duplicate(LightTable, table)
+    made.suns = suns
+    first, shares = table.triangle_count + table.sky_count, probabilities(table.all_emitters)
+    unseen = np.zeros(len(shares), bool)
+    for number, lit in enumerate(suns.cumulative.numpy()):
+        unseen[first + number] = lit[-1] == 0.0 and table.lights.numpy()[number]["kind"] == DIRECTIONAL
+    others, hidden = shares[~unseen].sum(), shares[unseen].sum()
+    if others > 0.0 and hidden > _UNSEEN_SHARE:
+        shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
+    made.all_emitters = power_cdf(shares, table.all_emitters.cumulative.device)
+    return made
+
+
 class PathLight:
     """What paths begin at: `table`; shares (light,): what each light is of that, as gpu.scene.lighting.path_light
     numbers the parts of a scene.
@@ -39,8 +58,7 @@ class PathLight:
 
     def __init__(self, device_scene: DeviceScene, suns: SunMaps) -> None:
         drawn = device_scene.edited(path_light(device_scene.scene))
-        self._scene, self.table = drawn.scene, build_light_table(drawn)
-        self.table.suns = suns
+        self._scene, self.table = drawn.scene, _for_paths(build_light_table(drawn), suns)
         self._materials, self._sky = drawn.data.materials, drawn.data.sky
         self._shares = path_light_shares(device_scene.scene)
         self.shares = wp.array(self._shares, dtype=wp.vec3, device=device_scene.device)
@@ -62,11 +80,11 @@ class PathLight:
         scene = path_light(edited.scene)
         if same_suns and _same_paths(self._scene, scene):
             return True
-        drawn = edited
+        drawn, suns = edited, table.suns
         if scene is not edited.scene:
             drawn = edited.edited(scene)
-            suns, table = table.suns, build_light_table(drawn)
-            table.suns = suns
+            table = build_light_table(drawn)
+        table = _for_paths(table, suns)
         if drawn.scene.materials is not self._scene.materials:
             wp.copy(self._materials, drawn.data.materials)
         if drawn.scene.sky is not self._scene.sky:

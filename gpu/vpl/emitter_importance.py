@@ -15,7 +15,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import power_cdf
+from gpu.lights.build import power_cdf, probabilities
 from gpu.lights.light_sampling import sample_light
 from gpu.lights.light_table import LightTable, PowerCdf, choose_emitter
 from gpu.sampling.sobol import sobol_pair
@@ -64,7 +64,7 @@ def lit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices:
 def important_emitters(device_scene: DeviceScene, scene: SceneData, table: LightTable) -> PowerCdf:
     """A choice among all emitters of `table` by what they bring to where the cameras of `device_scene` look."""
     device, count, chosen = device_scene.device, table.count, IMPORTANCE_PARAMETERS
-    power = np.diff(table.all_emitters.cumulative.numpy().astype(np.float64), prepend=0.0)
+    power = probabilities(table.all_emitters)
     if count < 2 or not device_scene.scene.cameras:
         return power_cdf(power, device)
     vertices = walk_from_cameras(device_scene, scene, chosen.walks, chosen.length)

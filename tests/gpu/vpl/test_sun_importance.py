@@ -10,7 +10,7 @@ from scenes import box, grey, quad, scene_of, trace_light_paths
 
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.build import build_light_table
+from gpu.lights.build import build_light_table, probabilities
 from gpu.lights.light_paths import Vpls
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Light, LightKind
@@ -123,3 +123,23 @@ def test_a_room_next_door_matters_but_far_less_than_the_one_that_is_seen() -> No
     scene = replace(scene_of([*walls, *floors], [grey(ALBEDO)], [SUN]), cameras=(seen,))
     next_door = map_of(DeviceScene(scene, "cpu"))[:, 128:].sum()
     assert 0.07 < next_door < 0.11
+
+
+def test_a_sun_that_lights_nothing_seen_has_few_of_the_light_paths() -> None:
+    """By its power it would have all but one in thousands, and a closed room would be dark."""
+    strong, lamp = replace(SUN, intensity=(1e5, 1e5, 1e5)), replace(LAMP, intensity=(1.0, 2.0, 3.0))
+    ground = quad((-4.0, -0.6, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))
+    inside = look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0))
+    closed = replace(scene_of([*box(half=0.5), ground], [grey(ALBEDO)], [strong, lamp]), cameras=(inside,))
+    open_room, sets = room([strong, lamp]), LightSets(DeviceScene(closed, "cpu"))
+    assert probabilities(sets._path_light.table.all_emitters) == pytest.approx([0.2, 0.8], abs=1e-6)
+    assert probabilities(sets.table.all_emitters)[0] > 0.999
+    assert probabilities(LightSets(open_room)._path_light.table.all_emitters)[0] > 0.999
+    alone = LightSets(DeviceScene(replace(closed, lights=(closed.lights[0],)), "cpu"))
+    assert probabilities(alone._path_light.table.all_emitters) == pytest.approx([1.0])
+    device_scene = sets._device_scene
+    vpls = trace_light_paths(device_scene, device_scene.data, sets._path_light.table, PATHS, 1, 0)
+    position = vpls.position.numpy() / closed.placement.scale + np.asarray(closed.placement.centre)
+    within = (np.abs(position).max(axis=1) < 0.501) & (np.sum(position * vpls.normal.numpy(), axis=1) < 0.0)
+    lit = vpls.flux.numpy()[within].sum(axis=0, dtype=np.float64) / closed.placement.scale**2
+    assert lit == pytest.approx(ALBEDO * 4.0 * np.pi * np.array(lamp.intensity), rel=0.02)
