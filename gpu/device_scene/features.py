@@ -159,7 +159,7 @@ def _least_alpha(scene: Scene, material: Material) -> float:
     slot, least = material.base_color_slot, material.base_color[3]
     if slot is not None:
         least *= scene.textures[slot.texture].least_alpha
-    return least if scene.colors is None else least * float(scene.colors[:, 3].min(initial=1.0))
+    return least * scene.least_vertex_alpha
 
 
 def has_soft_light(scene: Scene) -> bool:

@@ -333,6 +333,11 @@ class Scene:
         return np.bincount(self.triangle_material, minlength=len(self.materials)).astype(np.int32)
 
     @cached_property
+    def least_vertex_alpha(self) -> float:
+        """The least alpha of its vertex colours, 1 without any."""
+        return 1.0 if self.colors is None else float(self.colors[:, 3].min(initial=1.0))
+
+    @cached_property
     def object_runs(self) -> tuple[Integers, Ints]:
         """Where runs of vertices of one object begin, and whose each is: few, as meshes lie one behind the other."""
         begins = np.flatnonzero(np.diff(self.vertex_object, prepend=-1))

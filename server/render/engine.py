@@ -313,8 +313,8 @@ class Engine:
             case Ready(device) if not self._listening:
                 self.device, self._running.lanes = device, message.lanes
                 self._take_note_of(message.holdings)
-                self._failures = 0
-                self._listening = self._was_ready = True
+                self._failures, self._listening, self._was_ready = 0, True, True
+                self._quarantine.renew()
                 self._set_activity(READY)
                 self._dispatch()
                 self._queue_heartbeat()
@@ -404,7 +404,7 @@ class Engine:
         return entry
 
     def _dispatch(self) -> None:
-        self._running.alone = self._quarantine.suspecting
+        self._running.alone = self._quarantine.suspecting or (self._running.alone and len(self._running) > 0)
         while self._listening and not self._running.full:
             if (entry := self._schedule.next(self._running.admit)) is None:
                 break

@@ -91,6 +91,10 @@ class Quarantine:
         now = monotonic()
         self._suspects |= {offence: now for job in jobs if (offence := _offence(job)) is not None}
 
+    def renew(self) -> None:
+        """A worker takes jobs again: until now none of those that are suspected could be done."""
+        self._suspects = dict.fromkeys(self._suspects, monotonic())
+
     @property
     def suspecting(self) -> bool:
         """Whether a worker is to have one job at a time, so that it is known which ended it."""

@@ -133,6 +133,19 @@ def test_the_specular_factor_fades_the_lobe_and_a_low_index_does_not() -> None:
     assert full / water == pytest.approx((0.04 + 0.96 * rise) / (0.02 + 0.98 * rise), rel=1e-3)
 
 
+@pytest.mark.parametrize("roughness", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("grain", [0.5, 1.0])
+def test_even_reflectance_is_what_lobes_along_a_grain_reflect(roughness: float, grain: float) -> None:
+    surface = surface_of(0.0, 1.0, roughness)
+    surface.grain = wp.vec3(grain, 0.0, 0.0)
+    for cosine in (1.0, 0.6):
+        lean = np.degrees(np.arccos(cosine))
+        views = [wp.vec3(*at_angle(lean, (np.cos(turn), np.sin(turn), 0.1))) for turn in (0.1, 0.9, 1.7, 2.5)]
+        kept = [results(albedo_kernel, 1 << 13, [surface, view], wp.vec3)[:, 0].mean() for view in views]
+        even = results(even_kernel, 1, [surface, views[0]], wp.vec3)[0, 0]
+        assert np.mean(kept) == pytest.approx(even, abs=0.04)
+
+
 @pytest.mark.parametrize(("roughness", "lost"), [(0.5, 0.12), (1.0, 0.59)])
 def test_rough_metals_lose_what_the_documentation_says(roughness: float, lost: float) -> None:
     heights = (np.arange(16) + 0.5) / 16  # of the cosine's square: a diffuse furnace

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 
 import pytest
-from gradient_worker import ENOUGH, FAULT_SEED, GATHER_SEED, SLICED_SEED
+from gradient_worker import ENOUGH, FAULT_SEED, GATHER_SEED, HANG_SEED, SLICED_SEED
 from live_engine import job, result, running, until
 
 from server.render.engine import Engine
@@ -19,9 +19,9 @@ from server.wire.worker import Render
 LANES = 3
 
 
-def with_lanes(scenario: Callable[[Engine], Awaitable[None]]) -> None:
+def with_lanes(scenario: Callable[[Engine], Awaitable[None]], hang_seconds: float = 20.0) -> None:
     async def main() -> None:
-        async with running(device=f"lanes {LANES}") as engine:
+        async with running(device=f"lanes {LANES}", hang_seconds=hang_seconds) as engine:
             await until(lambda: engine.ready)
             await scenario(engine)
 
@@ -88,6 +88,29 @@ def test_nobody_is_out_for_workers_that_somebody_kills() -> None:
             assert engine.restarts == number
 
     with_lanes(scenario)
+
+
+def test_what_hangs_for_longer_than_it_is_suspected_is_alone_until_it_is_blamed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("server.render.quarantine.SUSPECT_SECONDS", 0.3)
+    culprit = job(1, seed=HANG_SEED)
+
+    async def scenario(engine: Engine) -> None:
+        both = (result(engine, one) for one in (culprit, job(2, seed=SLICED_SEED)))
+        lost = await asyncio.gather(*both, return_exceptions=True)
+        assert [type(error) for error in lost] == [InnocentLossError] * 2
+        again, others = asyncio.ensure_future(result(engine, culprit)), []
+        while not again.done():
+            others.append(asyncio.ensure_future(result(engine, job(3 + len(others)))))
+            await asyncio.sleep(0.1)
+        assert type(again.exception()) is WorkerLostError
+        await asyncio.gather(*others)
+        with pytest.raises(QuarantinedError):
+            await result(engine, culprit)
+        assert engine.restarts == 2
+
+    with_lanes(scenario, hang_seconds=1.5)
 
 
 async def with_enough_others(engine: Engine, sliced: Render) -> None:

@@ -178,3 +178,11 @@ def test_nobody_is_suspected_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     assert quarantine.suspecting
     quarantine.acquit(picture(seed=2))
     assert not quarantine.suspecting
+
+
+def test_suspicion_lasts_until_a_worker_was_there_for_long_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    quarantine, now = Quarantine(), monotonic()
+    quarantine.suspect([picture(seed=1)])
+    monkeypatch.setattr("server.render.quarantine.monotonic", lambda: now + 2.0 * SUSPECT_SECONDS)
+    quarantine.renew()
+    assert quarantine.suspecting

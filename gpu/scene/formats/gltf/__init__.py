@@ -1,6 +1,5 @@
 """glTF 2.0 files (.gltf, .glb), read from their JSON: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html."""
 
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -45,10 +44,7 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
     animations = read_animations(buffers, Movable(placed, [light.number for light in lights]))
     moved = moved_nodes(animations, placed)
     geometry = Geometry(buffers, materials, chosen_variant(document, variant), moved)
-    parts = geometry.parts(placed)
-    if not any(part.material == geometry.default for part in parts):
-        materials.pop(geometry.default)
-        parts = [replace(part, material=part.material - (part.material > geometry.default)) for part in parts]
+    parts = geometry.settled(geometry.parts(placed))
     cameras = read_cameras(document, placed.values(), _box(parts))
     say_unused(document, placed.values(), materials)
     # The format's metre is not what every file keeps to: it is taken where the size is likely.

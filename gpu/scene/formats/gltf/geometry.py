@@ -38,6 +38,7 @@ class Geometry:
     _used: dict[int, list[int]] = field(default_factory=dict)
     _skins: dict[str, Skin | None] = field(default_factory=dict)
     _turned: dict[tuple[int, float], int] = field(default_factory=dict)
+    _turns: dict[tuple[int, str], float] = field(default_factory=dict)
     _triangles: int = 0
     _vertices: int = 0
 
@@ -141,15 +142,35 @@ class Geometry:
         look = self.materials[material]
         if not look.has_grain:
             return material
-        turn, together = turn_of(primitive, look.grain_set)
-        if not together:
-            problem = "has tangents that turn against its UVs; its anisotropy has their mean direction"
-            self.buffers.document.notes.add(problem, primitive.path)
+        one = material, primitive.path
+        if one not in self._turns:
+            self._turns[one], together = turn_of(primitive, look.grain_set)
+            if not together:
+                problem = "has tangents that turn against its UVs; its anisotropy has their mean direction"
+                self.buffers.document.notes.add(problem, primitive.path)
+        turn = self._turns[one]
         key = material, round(turn, 3)
         if turn and key not in self._turned:
             self._turned[key] = len(self.materials)
             self.materials.append(replace(look, anisotropy_rotation=look.anisotropy_rotation + turn))
         return self._turned.get(key, material)
+
+    def settled(self, parts: list[MeshPart]) -> list[MeshPart]:
+        """`parts`, with the default material left out where none has it. A material that all its meshes turn becomes
+        the first of the turned ones, so that whatever names or animates it finds it.
+        """
+        used = {part.material for part in parts}
+        gone, instead = {self.default} - used, dict[int, int]()
+        for (own, _), number in self._turned.items():
+            if own not in used:
+                used.add(own)
+                self.materials[own], instead[number] = self.materials[number], own
+        kept = [number for number in range(len(self.materials)) if number not in gone and number not in instead]
+        places = {number: place for place, number in enumerate(kept)}
+        places |= {number: places[own] for number, own in instead.items()}
+        self.materials[:] = [self.materials[number] for number in kept]
+        moved = any(number != place for number, place in places.items())
+        return [replace(part, material=places[part.material]) for part in parts] if moved else parts
 
     def _count(self, primitive: Primitive, instances: int) -> None:
         """Raise SceneError before memory is taken for more triangles or vertices than allowed."""

@@ -23,6 +23,19 @@ def test_tangents_turn_a_grain_from_its_uvs(gltf: GltfFile, degrees: float, turn
     assert scene.report.ignored == ()
 
 
+def test_a_material_that_all_meshes_turn_is_itself_turned(gltf: GltfFile) -> None:
+    """So that what names it, and animates it, finds what is shown."""
+    gltf.add("materials", name="plain")
+    gltf.add("materials", name="steel", extensions=BRUSHED)
+    gltf.mesh_node(*(gltf.primitive(TRIANGLE + k, TEXCOORD_0=UV, TANGENT=tangents(*[degrees] * 3), material=1)
+                     for k, degrees in enumerate((30.0, 60.0))), gltf.primitive(TRIANGLE + 2))  # fmt: skip
+    scene = gltf.load()
+    assert scene.triangle_material.tolist() == [1, 3, 2]
+    assert [material.name for material in scene.materials] == ["plain", "steel", "glTF default", "steel"]
+    turns = [material.anisotropy_rotation - 0.25 for material in scene.materials if material.has_grain]
+    assert np.degrees(turns) == pytest.approx([30.0, 60.0], abs=0.1)
+
+
 def test_meshes_with_other_tangents_have_materials_of_their_own(gltf: GltfFile) -> None:
     gltf.add("materials", name="steel", extensions=BRUSHED)
     plain = gltf.primitive(TEXCOORD_0=UV, material=0)
