@@ -4,7 +4,7 @@ import pytest
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.load import load_scene
-from gpu.settings import RenderSettings
+from gpu.settings import Component, RenderSettings
 from tests.bench import walk_errors
 
 
@@ -18,7 +18,8 @@ def test_the_worst_pixels_do_not_count() -> None:
 def test_a_walk_ends_at_the_camera(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(walk_errors, "FRAMES", 3)
     monkeypatch.setattr(walk_errors, "FIRST", 1)
-    settings = RenderSettings(vpls=256, vpl_clusters=16, sp_clusters=16, samples=1)
+    counts = {"vpls": 1024, "vpl_clusters": 64, "sp_clusters": 64}
+    settings = RenderSettings(component=Component.INDIRECT, **counts)  # a lamp is few of so few pixels
     device_scene = DeviceScene(load_scene("cornell-box"), "cpu")
     renderer, camera = Renderer(device_scene, (24, 16), settings), device_scene.scene.cameras[0]
     still = renderer.render(camera).radiance()
