@@ -40,10 +40,13 @@ def _for_paths(table: LightTable, suns: SunMaps) -> LightTable:
     """
     made = duplicate(LightTable, table)
     made.suns = suns
+    lit = suns.cumulative.numpy()[:, -1] > 0.0
+    dark = ~lit & (table.lights.numpy()["kind"][: len(lit)] == DIRECTIONAL) if len(lit) else lit
+    if not dark.any():
+        return made
     first, shares = table.triangle_count + table.sky_count, probabilities(table.all_emitters)
     unseen = np.zeros(len(shares), bool)
-    for number, lit in enumerate(suns.cumulative.numpy()):
-        unseen[first + number] = lit[-1] == 0.0 and table.lights.numpy()[number]["kind"] == DIRECTIONAL
+    unseen[first : first + len(dark)] = dark
     others, hidden = shares[~unseen].sum(), shares[unseen].sum()
     if others > 0.0 and hidden > _UNSEEN_SHARE:
         shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
