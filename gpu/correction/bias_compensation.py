@@ -14,8 +14,9 @@ from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
-from gpu.device_scene.bsdf import even_reflectance, largest, over_even, spread_reflectance
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_reflectance, over_even, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation

@@ -1,11 +1,11 @@
-"""What a surface reflects: glTF's metallic-roughness BRDF (glTF 2.0, appendix B.3.5), a diffuse and a specular lobe.
+"""What a surface scatters: glTF's metallic-roughness BRDF (glTF 2.0, appendix B.3.5), a diffuse and a specular lobe.
 
 Single scattering, as the appendix has it: a white furnace shows that metals lose 12 % at roughness 0.5 and 59 % at 1,
 and that the sum of both lobes gains up to 5 % on white dielectrics. The specular lobe is GGX with the height-correlated
-masking of Smith and Schlick's Fresnel term between f0 and f90 (KHR_materials_ior, KHR_materials_specular). Cloth has
-fibres over both (gpu.device_scene.sheen), which reflect by a lobe of their own and take of what is below. A thin
-film's reflectance takes the place of Schlick's (gpu.device_scene.thin_film). Facets may lie along a grain
-(KHR_materials_anisotropy).
+masking of Smith and Schlick's Fresnel term between f0 and f90 (KHR_materials_ior, KHR_materials_specular). The diffuse
+lobe may scatter a part of the light to the other side (KHR_materials_diffuse_transmission). Cloth has fibres over both
+(gpu.device_scene.sheen), which reflect by a lobe of their own and take of what is below. A thin film's reflectance
+takes the place of Schlick's (gpu.device_scene.thin_film). Facets may lie along a grain (KHR_materials_anisotropy).
 """
 
 from dataclasses import dataclass
@@ -19,8 +19,6 @@ from gpu.sampling.warps import cone_direction, cosine_direction, orthonormal
 
 # A view along the surface divides by zero.
 MIN_COSINE = wp.constant(1.0e-4)
-# Of even light, by which is divided.
-LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
 
 
 @dataclass(frozen=True)
@@ -86,9 +84,40 @@ def largest(color: wp.vec3) -> float:
 
 
 @wp.func
+def is_translucent(surface: Surface) -> bool:
+    """Whether it scatters light to its other side."""
+    return largest(surface.through) > 0.0
+
+
+@wp.func
+def side_towards(surface: Surface, direction: wp.vec3) -> wp.vec3:
+    """The geometric normal of the side that unit `direction` is on, of a surface that scatters light from there."""
+    if is_translucent(surface) and wp.dot(surface.geometric_normal, direction) < 0.0:
+        return -surface.geometric_normal
+    return surface.geometric_normal
+
+
+@wp.func
+def all_diffuse(surface: Surface) -> wp.vec3:
+    """Reflectance of the diffuse lobe for light from both sides."""
+    if is_translucent(surface):
+        return surface.diffuse + surface.through
+    return surface.diffuse
+
+
+@wp.func
+def through_share(surface: Surface) -> float:
+    """The part of the samples of the diffuse lobe that go to the other side."""
+    if not is_translucent(surface):
+        return 0.0
+    through = largest(surface.through)
+    return through / (through + largest(surface.diffuse))
+
+
+@wp.func
 def is_followed(surface: Surface) -> bool:
     """Whether frames of a view that rests look along the specular lobe, so that nothing of it counts as even."""
-    return surface.f90 > 0.0 and (is_glossy(surface) or largest(surface.diffuse) == 0.0)
+    return surface.f90 > 0.0 and (is_glossy(surface) or largest(all_diffuse(surface)) == 0.0)
 
 
 @wp.func
@@ -193,7 +222,7 @@ def facet_density(surface: Surface, view: wp.vec3, half: wp.vec3) -> float:
 
 @wp.func
 def specular_density(surface: Surface, view: wp.vec3, light: wp.vec3) -> float:
-    """Density [1/sr] that `sample_specular` has in unit direction `light`."""
+    """Density [1/sr] that `sample_specular` has in unit direction `light` above the surface."""
     return facet_density(surface, view, wp.normalize(view + light))
 
 
@@ -250,8 +279,35 @@ def sample_lobe(surface: Surface, view: wp.vec3, x: float, y: float) -> BsdfSamp
 
 
 @wp.func
+def left_to_diffuse(surface: Surface, view: wp.vec3, reflectance: wp.vec3) -> wp.vec3:
+    """What facets with this reflectance leave to the diffuse lobe."""
+    cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
+    kept = reflectance
+    if is_fibrous(surface):
+        kept = kept / wp.max(left_by_sheen(surface, cos_view), 1.0e-6)  # what fibres take was there below them
+    if surface.film > 0.0:
+        kept = film_veil(kept)
+    return wp.vec3(1.0, 1.0, 1.0) - kept
+
+
+@wp.func
+def scattered_through(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
+    """`reflected` for light from behind: facets keep what they do of its mirror image."""
+    cos_light = -wp.dot(surface.normal, light)
+    if cos_light <= 0.0 or wp.dot(surface.geometric_normal, light) >= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    value = surface.through * (cos_light / PI)
+    if surface.f90 > 0.0:
+        half = wp.normalize(view + light + surface.normal * (2.0 * cos_light))
+        value = wp.cw_mul(value, left_to_diffuse(surface, view, fresnel(surface, wp.dot(view, half))))
+    if is_fibrous(surface):
+        value = value * left_on_way(surface, wp.max(wp.dot(surface.normal, view), MIN_COSINE), cos_light)
+    return value
+
+
+@wp.func
 def reflected_below(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
-    """`reflected` without fibres on the way from the light."""
+    """`reflected` without fibres on the way from the light, and from the viewer's side alone."""
     cos_light = wp.dot(surface.normal, light)
     if cos_light <= 0.0 or wp.dot(surface.geometric_normal, light) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
@@ -259,19 +315,17 @@ def reflected_below(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
         return surface.diffuse * (cos_light / PI)
     half = wp.normalize(view + light)
     reflectance = fresnel(surface, wp.dot(view, half))
-    cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
-    kept = reflectance
-    if is_fibrous(surface):
-        kept = kept / wp.max(left_by_sheen(surface, cos_view), 1.0e-6)  # what fibres take was there below them
-    if surface.film > 0.0:
-        kept = film_veil(kept)
-    diffuse = wp.cw_mul(wp.vec3(1.0, 1.0, 1.0) - kept, surface.diffuse) / PI
+    diffuse = wp.cw_mul(left_to_diffuse(surface, view, reflectance), surface.diffuse) / PI
     return (diffuse + reflectance * specular_lobe(surface, view, light, half)) * cos_light
 
 
 @wp.func
 def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
-    """BRDF times the receiver's cosine for unit directions towards viewer and light; zero for light from behind."""
+    """BSDF times the receiver's cosine for unit directions towards viewer and light; zero for light from behind, but
+    for what scatters it through.
+    """
+    if is_translucent(surface) and wp.dot(surface.normal, light) < 0.0:
+        return scattered_through(surface, view, light)
     value = reflected_below(surface, view, light)
     if is_fibrous(surface):
         cos_light = wp.dot(surface.normal, light)
@@ -290,99 +344,12 @@ def even_sheen(surface: Surface, view: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def even_diffuse(surface: Surface) -> wp.vec3:
-    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one.
-
-    Of the light that comes evenly, facets keep what they reflect, 0.0037 of it by f90, in the mean over views.
-    """
-    grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
-    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.0037
-    return wp.cw_mul(surface.diffuse, matt)
-
-
-@wp.func
-def even_matt(surface: Surface, view: wp.vec3) -> wp.vec3:
-    """The part of `even_reflectance` that all but the specular lobe has, of a surface with one."""
-    matt = even_diffuse(surface)
-    if is_fibrous(surface):
-        matt += even_sheen(surface, view)
-    return matt
-
-
-@wp.func
-def even_below(surface: Surface, view: wp.vec3) -> wp.vec3:
-    """The part of `even_reflectance` that all but fibres has."""
-    if surface.f90 == 0.0:
-        if is_fibrous(surface):
-            return surface.diffuse
-        return surface.albedo
-    cosine = wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0)
-    rough = surface.roughness
-    if is_grained(surface):
-        widths = facet_widths(surface)
-        rough = wp.sqrt(wp.sqrt(0.5 * wp.length_sq(widths)))  # within 0.04 of what such lobes reflect
-    squared = rough * rough
-    lost = 0.067 + 1.238 * rough - 1.231 * squared + (1.257 * rough - 0.051 - 0.576 * cosine) * cosine
-    whole = 1.0 - squared * lost
-    steepness = 5.18 / (1.0 + 0.9 * rough + 0.81 * squared)
-    rise = wp.pow(1.0 - cosine, steepness) / (1.0 + 9.7 * squared + 51.8 * squared * squared * rough)
-    grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
-    return even_diffuse(surface) + surface.f0 * (whole - rise) + grazing * rise
-
-
-@wp.func
-def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
-    """The share of light that comes evenly from all around which `surface` reflects to unit `view`; also the share of
-    light from there that it reflects at all. Its base colour where it has no specular lobe and no sheen.
-
-    For methods that take indirect light as even. The lobe's is a fit to integrals of `reflected`, within 0.015 of them
-    in the mean and 0.1 at most: what it reflects at f0 = f90 = 1, and the part of this that is by f90. Over all views,
-    by their cosine, it is within 0.002: light between surfaces is reflected again and again, and in a white room a
-    hundredth too little at each is a twentieth. Fibres dim what is below by what they take on the way to the viewer
-    alone: up to 0.14 too little, of white ones over white.
-    """
-    even = even_below(surface, view)
-    if is_fibrous(surface):
-        even += even_sheen(surface, view)
-    return even
-
-
-@wp.func
-def over_even(surface: Surface, view: wp.vec3, light: wp.vec3, even: wp.vec3) -> wp.vec3:
-    """What `surface` reflects of light from unit `light` to unit `view`, over what it would if it reflected `even` of
-    all light evenly.
-    """
-    cosine = wp.max(wp.dot(surface.normal, light), MIN_COSINE)
-    return wp.cw_div(reflected(surface, view, light) * (PI / cosine), wp.max(even, LEAST_REFLECTED))
-
-
-@wp.func
-def focused_share(surface: Surface) -> float:
-    """The share of what the specular lobe sends, of light that caustics bring, which is of caustics again."""
-    span = wp.static(BSDF_PARAMETERS.strong - BSDF_PARAMETERS.faint)
-    strong = wp.clamp((largest(surface.f0) - wp.static(BSDF_PARAMETERS.faint)) / span, 0.0, 1.0)
-    return traced_share(surface.roughness, surface.f90) * wp.where(surface.mirror, 1.0, strong)
-
-
-@wp.func
-def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.vec3:
-    """The part of `even_reflectance` that VPLs send, as if the surface were matt: caustics have the rest of its lobe.
-
-    focused: the share of the light that caustics have brought here, 1 straight from emitters, 0 from matt surfaces.
-    """
-    even = even_reflectance(surface, view)
-    share = focused * focused_share(surface)
-    if share == 0.0:
-        return even
-    return even - (even - even_matt(surface, view)) * share
-
-
-@wp.func
 def specular_share(surface: Surface, view: wp.vec3) -> float:
     """Probability with which `sample_brdf` takes the specular lobe: its part of what is reflected to `view`, about."""
     if surface.f90 == 0.0:
         return 0.0
-    matt = surface.diffuse[0] + surface.diffuse[1] + surface.diffuse[2]
+    diffuse = all_diffuse(surface)
+    matt = diffuse[0] + diffuse[1] + diffuse[2]
     if is_fibrous(surface):
         sheen = even_sheen(surface, view)
         matt += sheen[0] + sheen[1] + sheen[2]
@@ -397,7 +364,7 @@ def specular_share(surface: Surface, view: wp.vec3) -> float:
 @wp.func
 def sheen_share(surface: Surface, view: wp.vec3) -> float:
     """The part of the samples of no specular lobe that go evenly everywhere, for sheen."""
-    matt = largest(surface.diffuse)
+    matt = largest(all_diffuse(surface))
     if matt == 0.0:
         return 1.0
     fibres = largest(even_sheen(surface, view))
@@ -406,18 +373,37 @@ def sheen_share(surface: Surface, view: wp.vec3) -> float:
 
 
 @wp.func
+def is_behind(surface: Surface, light: wp.vec3) -> bool:
+    """Whether unit `light` is on the other side of a translucent surface, where no lobe but the diffuse one goes."""
+    return is_translucent(surface) and wp.dot(surface.normal, light) <= 0.0
+
+
+@wp.func
 def brdf_density(surface: Surface, view: wp.vec3, light: wp.vec3) -> float:
     """Density [1/sr] that `sample_brdf` has in unit direction `light`."""
     share = specular_share(surface, view)
     density = (1.0 - share) * wp.max(wp.dot(surface.normal, light), 0.0) / PI
+    if is_translucent(surface):
+        through = through_share(surface)
+        cosine = wp.dot(surface.normal, light)
+        density = (1.0 - share) * wp.where(cosine > 0.0, 1.0 - through, through) * wp.abs(cosine) / PI
     if is_fibrous(surface):
         even = sheen_share(surface, view)
         density = density * (1.0 - even)
         if wp.dot(surface.normal, light) > 0.0:
             density += (1.0 - share) * even / TWO_PI
-    if share > 0.0:
+    if share > 0.0 and not is_behind(surface, light):
         density += share * specular_density(surface, view, light)
     return density
+
+
+@wp.func
+def goes_through(surface: Surface, view: wp.vec3, choice: float, share: float) -> bool:
+    """Whether `choice` takes the other side of a translucent surface whose specular lobe has this share of samples."""
+    diffuse = 1.0 - share
+    if is_fibrous(surface):
+        diffuse = diffuse * (1.0 - sheen_share(surface, view))
+    return 1.0 - choice <= diffuse * through_share(surface)
 
 
 @wp.func
@@ -432,8 +418,12 @@ def sample_brdf(surface: Surface, view: wp.vec3, choice: float, x: float, y: flo
     share = specular_share(surface, view)
     if choice < share:
         sample.direction = sample_specular(surface, view, x, y).direction
+        if is_behind(surface, sample.direction):
+            return sample
     elif is_fibrous(surface) and choice - share < (1.0 - share) * sheen_share(surface, view):
         sample.direction = cone_direction(surface.normal, 0.0, x, y)
+    elif is_translucent(surface) and goes_through(surface, view, choice, share):
+        sample.direction = cosine_direction(-surface.normal, x, y)
     else:
         sample.direction = cosine_direction(surface.normal, x, y)
     value = reflected(surface, view, sample.direction)

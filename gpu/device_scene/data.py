@@ -22,9 +22,11 @@ SHEEN_ROUGHNESS = wp.constant(8)
 FILM = wp.constant(9)
 FILM_THICKNESS = wp.constant(10)
 GRAIN = wp.constant(11)
-COAT = wp.constant(12)
-COAT_ROUGHNESS = wp.constant(13)
-COAT_NORMAL = wp.constant(14)
+THROUGH = wp.constant(12)
+THROUGH_COLOR = wp.constant(13)
+COAT = wp.constant(14)
+COAT_ROUGHNESS = wp.constant(15)
+COAT_NORMAL = wp.constant(16)
 
 
 @wp.struct
@@ -69,7 +71,8 @@ class MaterialData:
     blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
     coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen;
     film, film_ior, film_least, film_most: KHR_materials_iridescence, the last two of its thickness [nm]; grain:
-    KHR_materials_anisotropy, along grain_turn from where u of the set grain_set grows.
+    KHR_materials_anisotropy, along grain_turn from where u of the set grain_set grows; through, through_color:
+    KHR_materials_diffuse_transmission.
     """
 
     base_color: wp.vec4
@@ -91,6 +94,8 @@ class MaterialData:
     grain: float
     grain_turn: wp.vec2
     grain_set: int
+    through: float
+    through_color: wp.vec3
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -133,13 +138,13 @@ class SceneData:
     least significant byte red; decode (512,): what bytes stand for where they are linear, then of sRGB; sky (1,):
     radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where has_environment says
     so. alpha: rays must test masks, cutouts: textures or vertices tell what there is of some; textured, glossy, coated,
-    sheened, filmed, grained, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats, sheen,
-    thin films, grain, glass, mirrors or clear glass; blended: or BLEND surfaces, which are there in part; sheer: some
-    of them by less than half; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is
-    Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which rays meet
-    BLEND surfaces with the probability alpha, and panes (gpu.device_scene.panes); HALF: BLEND where alpha is one half
-    or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at random, but crossed straight where
-    they are mostly glass, and met where not.
+    sheened, filmed, grained, translucent, transmissive, specular: rays may hit textures, narrow specular lobes, clear
+    coats, sheen, thin films, grain, what scatters light to its other side, glass, mirrors or clear glass; blended: or
+    BLEND surfaces, which are there in part; sheer: some of them by less than half; one_sided: cameras do not see the
+    backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let
+    no light through; coverage: a seed by which rays meet BLEND surfaces with the probability alpha, and panes
+    (gpu.device_scene.panes); HALF: BLEND where alpha is one half or more; WHOLE: wherever it shows at all.
+    through_sheets: panes are not met at random, but crossed straight where they are mostly glass, and met where not.
     """
 
     opaque: Bvh
@@ -180,5 +185,6 @@ class SceneData:
     sheened: bool
     filmed: bool
     grained: bool
+    translucent: bool
     coverage: wp.uint32
     through_sheets: bool

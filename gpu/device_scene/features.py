@@ -28,8 +28,9 @@ class SceneFeatures:
     environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells;
     specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
     coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
-    films: thin ones, which have colours; grain: of facets, as of brushed metal; constants: whether kernels are told by
-    constants what none of these is (gpu.device_scene.specialisation), as those for GPUs are.
+    films: thin ones, which have colours; grain: of facets, as of brushed metal; translucent: surfaces that scatter
+    light to their other side; constants: whether kernels are told by constants what none of these is
+    (gpu.device_scene.specialisation), as those for GPUs are.
     """
 
     masks: bool = True
@@ -53,6 +54,7 @@ class SceneFeatures:
     sheen: bool = True
     films: bool = True
     grain: bool = True
+    translucent: bool = True
     constants: bool = True
 
     @property
@@ -77,7 +79,8 @@ EVERYTHING = SceneFeatures()
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
     which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats,
-    cloth, thin films and grain, which few scenes have, and which take most of the time that all compile.
+    cloth, thin films, grain and what is translucent, which few scenes have, and which take most of the time that all
+    compile.
     """
     return replace(
         EVERYTHING,
@@ -88,6 +91,7 @@ def features_of_any(has: SceneFeatures) -> SceneFeatures:
         sheen=has.sheen,
         films=has.films,
         grain=has.grain,
+        translucent=has.translucent,
     )
 
 
@@ -205,5 +209,6 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
         sheen=not lambertian and any(material.has_sheen for material in materials),
         films=not lambertian and any(material.has_film for material in materials),
         grain=not lambertian and any(material.has_grain for material in materials),
+        translucent=not lambertian and any(material.is_translucent for material in materials),
         constants=constants,
     )

@@ -1,18 +1,11 @@
 """All that a surface does with light: a coat reflects some, of the rest a share meets glass, and the rest of that
-reflects, with its sheen. A path takes one of these.
+reflects, with its sheen, or scatters to its other side. A path takes one of these.
 """
 
 import warp as wp
 
-from gpu.device_scene.bsdf import (
-    BsdfSample,
-    brdf_density,
-    focused_share,
-    is_glossy,
-    reflected,
-    sample_brdf,
-    traced_share,
-)
+from gpu.device_scene.bsdf import BsdfSample, brdf_density, is_glossy, reflected, sample_brdf, traced_share
+from gpu.device_scene.even_light import focused_share
 from gpu.device_scene.glass import glass_density, glass_value, sample_glass
 from gpu.device_scene.surface import Surface
 
@@ -74,6 +67,7 @@ def part_of(surface: Surface, chosen: PartChoice) -> Surface:
         surface.sheen = wp.vec3(0.0, 0.0, 0.0)
         surface.film = 0.0
         surface.grain = wp.vec3(0.0, 0.0, 0.0)
+        surface.through = wp.vec3(0.0, 0.0, 0.0)
     return surface
 
 

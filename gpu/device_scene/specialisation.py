@@ -18,7 +18,7 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
 
 # What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
-LOOK = ("masks", "alpha", "cutouts", "textures", "sheen", "films", "grain")
+LOOK = ("masks", "alpha", "cutouts", "textures", "sheen", "films", "grain", "translucent")
 
 # What kernels are told by constants alone. The compiler for CPUs follows these into few functions: kernels for scenes
 # without it are no faster there, and those for all scenes are compiled once.
@@ -78,6 +78,8 @@ def surface_specialisation(features: SceneFeatures) -> wp.Function:
             surface.film = 0.0
         if wp.static(not features.grain):
             surface.grain = wp.vec3(0.0, 0.0, 0.0)
+        if wp.static(not features.translucent):
+            surface.through = wp.vec3(0.0, 0.0, 0.0)
         return surface
 
     return specialise_surface
@@ -124,6 +126,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.filmed = False
         if wp.static(not features.grain):
             scene.grained = False
+        if wp.static(not features.translucent):
+            scene.translucent = False
         return scene
 
     return specialise

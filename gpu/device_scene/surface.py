@@ -45,7 +45,8 @@ class Surface:
     seen from, diffuse, f0 and f90 are without. film: how much of a thin film is over the faces that reflect, of index
     film_ior and film_thickness [nm]; film_f0: specular reflectance below it over f90, at normal incidence. f0 is that
     with which Schlick's law has the film's colour from where the surface is seen. grain: where highlights are long, a
-    direction across `normal` that is as long as α along it is nearer to 1; zero without.
+    direction across `normal` that is as long as α along it is nearer to 1; zero without. through: what the diffuse lobe
+    scatters of light from behind, which `diffuse` is without.
     """
 
     position: wp.vec3
@@ -74,6 +75,7 @@ class Surface:
     film_thickness: float
     film_f0: wp.vec3
     grain: wp.vec3
+    through: wp.vec3
 
 
 @wp.func
@@ -224,6 +226,7 @@ def below_sheen(surface: Surface, view: wp.vec3, color: wp.vec3, roughness: floa
     surface.sheen_roughness = wp.max(roughness, LEAST_ROUGHNESS)
     left = left_by_sheen(surface, wp.dot(surface.normal, view))
     surface.diffuse = surface.diffuse * left
+    surface.through = surface.through * left
     surface.f0 = surface.f0 * left
     surface.f90 = surface.f90 * left
     surface.mirror = False
@@ -305,6 +308,13 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
         surface.thin = material.thin
         index = wp.max(material.ior, MIN_IOR)
         surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)
+        if seen_front and not material.thin:
+            surface.absorption = material.absorption
+    if scene.translucent and material.through > 0.0:
+        share = material.through * texels.through
+        surface.through = wp.cw_mul(material.through_color, texels.through_color) * (share * (1.0 - metallic))
+        surface.diffuse = surface.diffuse * (1.0 - share)
+        surface.thin = material.thin
         if seen_front and not material.thin:
             surface.absorption = material.absorption
     if scene.filmed and material.film > 0.0:

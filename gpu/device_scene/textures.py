@@ -17,6 +17,8 @@ from gpu.device_scene.data import (
     SHEEN_ROUGHNESS,
     SPECULAR,
     SPECULAR_COLOR,
+    THROUGH,
+    THROUGH_COLOR,
     TRANSMISSION,
     SceneData,
     SlotData,
@@ -156,6 +158,8 @@ class MaterialTexels:
     film: float
     film_thickness: float
     grain: wp.vec3
+    through: float
+    through_color: wp.vec3
     coat: float
     coat_roughness: float
     normal: wp.vec3
@@ -182,6 +186,8 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
     texels.film = 1.0
     texels.film_thickness = 1.0
     texels.grain = wp.vec3(1.0, 0.5, 1.0)
+    texels.through = 1.0
+    texels.through_color = wp.vec3(1.0, 1.0, 1.0)
     texels.coat = 1.0
     texels.coat_roughness = 1.0
     texels.normal_set = NO_MAP
@@ -218,6 +224,10 @@ def texels_at(scene: SceneData, face: int, u: float, v: float) -> MaterialTexels
                     texels.film_thickness = found[1]
                 elif scene.grained and slot.use == GRAIN:
                     texels.grain = colour
+                elif scene.translucent and slot.use == THROUGH:
+                    texels.through = found[3]
+                elif scene.translucent and slot.use == THROUGH_COLOR:
+                    texels.through_color = colour
                 elif slot.use == COAT:
                     texels.coat = found[0]
                 elif slot.use == COAT_ROUGHNESS:

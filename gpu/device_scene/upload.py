@@ -31,6 +31,8 @@ from gpu.device_scene.data import (
     SHEEN_ROUGHNESS,
     SPECULAR,
     SPECULAR_COLOR,
+    THROUGH,
+    THROUGH_COLOR,
     TRANSMISSION,
     MaterialData,
     SceneData,
@@ -90,6 +92,8 @@ def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
         FILM: material.iridescence_slot,
         FILM_THICKNESS: material.iridescence_thickness_slot,
         GRAIN: material.anisotropy_slot,
+        THROUGH: material.diffuse_transmission_slot,
+        THROUGH_COLOR: material.diffuse_transmission_color_slot,
         COAT: material.clearcoat_slot,
         COAT_ROUGHNESS: material.clearcoat_roughness_slot,
         COAT_NORMAL: material.clearcoat_normal_slot,
@@ -118,6 +122,7 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["film_least"], row["film_most"] = material.iridescence_least, material.iridescence_most
     row["grain"], row["grain_set"] = material.anisotropy, material.grain_set
     row["grain_turn"] = cos(material.anisotropy_rotation), sin(material.anisotropy_rotation)
+    row["through"], row["through_color"] = material.diffuse_transmission, material.diffuse_transmission_color
     row["double_sided"] = bool(material.double_sided)
 
 
@@ -419,6 +424,7 @@ class DeviceScene:
         data.sheened = any(material.has_sheen for material in scene.materials)
         data.filmed = any(material.has_film for material in scene.materials)
         data.grained = any(material.has_grain for material in scene.materials)
+        data.translucent = any(material.is_translucent for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky may show the same picture."""
@@ -471,18 +477,20 @@ class DeviceScene:
         self._tree_facts = {one: facts for one, facts in self._tree_facts.items() if one != _BOTH}
         return self._tree(0, self.data.opaque_count + self.data.pane_count)
 
-    def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
+    def view(self, *, lambertian: bool, assume_alpha: bool = False, translucent: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
         Then surfaces, panes too, are opaque and Lambertian with their geometric normals, without alpha or normal maps,
         and cameras see both sides of all.
-        assume_alpha: rays look for masks even where there are none.
+        assume_alpha: rays look for masks even where there are none; translucent: what lets light through is not taken
+        to be opaque.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
         data.one_sided = data.one_sided and not lambertian
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         data.blended, data.sheer = data.blended and not lambertian, data.sheer and not lambertian
+        data.translucent = data.translucent and translucent and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha

@@ -12,7 +12,17 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import is_fibrous, is_glossy, largest, reflected, sample_specular, specular_density
+from gpu.device_scene.bsdf import (
+    all_diffuse,
+    is_behind,
+    is_fibrous,
+    is_glossy,
+    largest,
+    reflected,
+    sample_specular,
+    side_towards,
+    specular_density,
+)
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
@@ -70,7 +80,7 @@ def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, gloss
     glossy: weighed by the balance heuristic against `bsdf_sampled_light`.
     """
     light = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
-    if glossy:
+    if glossy and not is_behind(surface, sample.direction):
         light = light / (1.0 + specular_density(surface, view, sample.direction) * sample.solid_angle)
     return light
 
@@ -117,7 +127,8 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
         if turn < CANDIDATES:
             weights[turn] = largest(unshadowed) * (light.visible / light.density)
             total += weights[turn]
-    reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+    side = side_towards(surface, sample.direction)
+    reached = transmittance(scene, surface.position, side, sample.point, sample.normal)
     if largest(reached) <= 0.0:
         return reached
     return wp.cw_mul(reached, unshadowed * (total / (weight * light.density * float(CANDIDATES))))
@@ -140,13 +151,14 @@ def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, vi
 
 @wp.func
 def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3) -> wp.vec3:
-    """Radiance that `surface` reflects of the visited punctual lights towards unit `view` [W/m²/sr]: without noise."""
+    """Radiance that `surface` scatters of the visited punctual lights towards unit `view` [W/m²/sr]: without noise."""
     light = wp.vec3(0.0, 0.0, 0.0)
     for number in range(table.enumerated_count):
         sample = punctual_sample(table.lights[number], surface.position)
         reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
         if largest(reached) > 0.0:
-            left = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+            side = side_towards(surface, sample.direction)
+            left = transmittance(scene, surface.position, side, sample.point, sample.normal)
             light += wp.cw_mul(reached, left)
     return light
 
@@ -155,7 +167,7 @@ def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.
 def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, samples: PointSamples) -> wp.vec3:
     """Radiance that `surface` reflects of all other lights [W/m²/sr]: the mean of estimates by these samples."""
     light = wp.vec3(0.0, 0.0, 0.0)
-    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0 or is_fibrous(surface)):
+    if table.sampled.count > 0 and (largest(all_diffuse(surface)) > 0.0 or surface.f90 > 0.0 or is_fibrous(surface)):
         glossy = scene.glossy and is_glossy(surface)
         for index in range(samples.index, samples.index + samples.count):
             estimate = ris_light(scene, table, surface, view, samples, index, glossy)

@@ -9,8 +9,9 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
-from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, left_by_veil, traced_share
+from gpu.device_scene.bsdf import is_followed, left_by_veil, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_matt, even_reflectance
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.scattering import coat_share
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
@@ -25,7 +26,7 @@ class GBuffer:
 
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
-    pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
+    pixel there; albedo: its gpu.device_scene.even_light.even_reflectance, where `traces_gloss` without what rays of its
     specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
     roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera,
     where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, grain: as of Surface, one

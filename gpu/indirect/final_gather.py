@@ -8,8 +8,8 @@ import warp as wp
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, lanes_of, vector_sum
-from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at

@@ -11,13 +11,9 @@ from gpu.core.color import brightness
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import (
-    even_below,
-    even_diffuse,
-    sample_lobe,
-    traced_share,
-)
+from gpu.device_scene.bsdf import sample_lobe, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_below, even_diffuse
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface

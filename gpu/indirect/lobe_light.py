@@ -11,8 +11,9 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
-from gpu.device_scene.bsdf import even_reflectance, largest, traced_share
+from gpu.device_scene.bsdf import largest, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.panes import meet, met_surface
 from gpu.device_scene.rays import offset_origin

@@ -16,8 +16,9 @@ import warp as wp
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS
 from gpu.core.parameters import parameters
-from gpu.device_scene.bsdf import even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
 from gpu.device_scene.rays import closest_hit, offset_origin

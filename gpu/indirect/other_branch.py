@@ -7,8 +7,8 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
-from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray

@@ -2,7 +2,8 @@
 
 import warp as wp
 
-from gpu.device_scene.bsdf import LEAST_REFLECTED, even_reflectance, is_followed, over_even
+from gpu.device_scene.bsdf import is_followed
+from gpu.device_scene.even_light import LEAST_REFLECTED, even_reflectance, over_even
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
 
 

@@ -14,8 +14,9 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import even_matt, even_reflectance, largest, spread_reflectance
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.even_light import even_matt, even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import crossing_share, is_pane, met_of, transmittance
 from gpu.device_scene.scattering import PartChoice, choose_part, focus_of, is_perfect, part_of

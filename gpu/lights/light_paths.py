@@ -11,17 +11,9 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.staging_buffer import StagingBuffer
-from gpu.device_scene.bsdf import (
-    BSDF_PARAMETERS,
-    LEAST_REFLECTED,
-    even_matt,
-    even_reflectance,
-    is_grained,
-    largest,
-    sample_lobe,
-    spread_reflectance,
-)
+from gpu.device_scene.bsdf import BSDF_PARAMETERS, is_grained, largest, sample_lobe
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import LEAST_REFLECTED, even_matt, even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -154,7 +146,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             flux = chain.flight.flux
             begin = chain.bounce
         absorption = wp.vec3(0.0, 0.0, 0.0)
-        # As of gpu.device_scene.bsdf.spread_reflectance.
+        # As of gpu.device_scene.even_light.spread_reflectance.
         focused = float(1.0)
         for bounce in range(begin, bounces):
             scene.coverage = ray_coverage(path, bounce, seed)  # by which `unscattered` came here

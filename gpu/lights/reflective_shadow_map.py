@@ -12,8 +12,9 @@ import warp as wp
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.morton import pixel_of_morton_2d
-from gpu.device_scene.bsdf import largest, spread_reflectance
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.sides import ray_coverage

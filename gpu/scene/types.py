@@ -129,6 +129,10 @@ class Material:
     anisotropy: float = 0.0
     anisotropy_rotation: float = 0.0
     anisotropy_slot: TextureSlot | None = None
+    diffuse_transmission: float = 0.0
+    diffuse_transmission_color: Rgb = (1.0, 1.0, 1.0)
+    diffuse_transmission_slot: TextureSlot | None = None
+    diffuse_transmission_color_slot: TextureSlot | None = None
     stays_light: bool = field(default=False, compare=False)
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
@@ -156,6 +160,12 @@ class Material:
     def has_grain(self) -> bool:
         """Whether its highlights are longer in one direction than in others."""
         return self.anisotropy > 0.0 and not self.unlit
+
+    @property
+    def is_translucent(self) -> bool:
+        """Whether its surfaces scatter light to their other side."""
+        lets_through = self.diffuse_transmission > 0.0 and max(self.diffuse_transmission_color) > 0.0
+        return lets_through and not self.unlit
 
     @property
     def grain_set(self) -> int:

@@ -6,8 +6,9 @@ Clusters, and all that is read from how densely VPLs lie, take what a surface re
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.device_scene.bsdf import even_reflectance, focused_share, is_fibrous, is_grained, over_even
+from gpu.device_scene.bsdf import is_fibrous, is_grained
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
+from gpu.device_scene.even_light import even_reflectance, focused_share, over_even
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation

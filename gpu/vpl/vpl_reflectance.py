@@ -3,8 +3,8 @@
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.device_scene.bsdf import even_reflectance, spread_reflectance
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
+from gpu.device_scene.even_light import even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
 from gpu.device_scene.sides import LEAST_SHARE, solid_share

@@ -44,6 +44,8 @@ class Property(StrEnum):
     IRIDESCENCE_IOR = "iridescenceIor"
     IRIDESCENCE_LEAST = "iridescenceThicknessMinimum"
     IRIDESCENCE_MOST = "iridescenceThicknessMaximum"
+    THROUGH = "diffuseTransmissionFactor"
+    THROUGH_COLOR = "diffuseTransmissionColorFactor"
     LIGHT_COLOR = "color"
     INTENSITY = "intensity"
     INNER_CONE = "innerConeAngle"
@@ -59,6 +61,7 @@ COMPONENTS: Mapping[Property, int | None] = {
     **dict.fromkeys(Property, 1),
     **dict.fromkeys((Property.TRANSLATION, Property.SCALE, Property.EMISSIVE, Property.LIGHT_COLOR), 3),
     **dict.fromkeys((Property.ATTENUATION_COLOR, Property.SPECULAR_COLOR, Property.SHEEN_COLOR), 3),
+    Property.THROUGH_COLOR: 3,
     **dict.fromkeys((Property.ROTATION, Property.BASE_COLOR), 4),
     Property.WEIGHTS: None,
 }

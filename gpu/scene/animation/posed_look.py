@@ -42,6 +42,8 @@ _FIELDS = {
     Property.IRIDESCENCE_IOR: ("iridescence_ior", 1.0, _LARGE),
     Property.IRIDESCENCE_LEAST: ("iridescence_least", 0.0, _LARGE),
     Property.IRIDESCENCE_MOST: ("iridescence_most", 0.0, _LARGE),
+    Property.THROUGH: ("diffuse_transmission", 0.0, 1.0),
+    Property.THROUGH_COLOR: ("diffuse_transmission_color", 0.0, 1.0),
 }
 
 

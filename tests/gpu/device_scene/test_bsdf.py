@@ -4,14 +4,8 @@ import warp as wp
 from scenes import column, results
 
 from gpu.core.constants import PI
-from gpu.device_scene.bsdf import (
-    even_reflectance,
-    reflected,
-    sample_brdf,
-    sample_specular,
-    specular_density,
-    specular_share,
-)
+from gpu.device_scene.bsdf import reflected, sample_brdf, sample_specular, specular_density, specular_share
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.surface import Surface
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction

@@ -20,6 +20,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(sheen_color=(0.0, 0.5, 0.0)),
         Material(iridescence=0.5),
         Material(anisotropy=0.5),
+        Material(diffuse_transmission=0.5),
         Material(alpha_mode=AlphaMode.BLEND, base_color=(1.0, 1.0, 1.0, 0.3)),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
@@ -27,7 +28,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
     hidden = ("environment", "alpha", "cutouts", "blend", "sheer", "glass", "panes", "one_sided", "gloss", "specular",
-              "frosted", "coats", "focus", "sheen", "films", "grain")  # fmt: skip
+              "frosted", "coats", "focus", "sheen", "films", "grain", "translucent")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -135,7 +136,7 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
 
 def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    rare = {"frosted": False, "coats": False, "sheen": False, "films": False, "grain": False}
+    rare = dict.fromkeys(("frosted", "coats", "sheen", "films", "grain", "translucent"), False)
     assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING
 

@@ -72,14 +72,14 @@ def choice_kernel(first: int, surface: Surface, choices: wp.array[float], out: w
 def surface_of(roughness: float, *, diffuse: float = 0.0, f0: float = 0.0, glass: float = 0.0, eta: float = 1.5,
                thin: bool = False, flipped: bool = False,
                sheen: tuple[float, float] = (0.0, 0.0), film: float = 0.0,
-               grain: float = 0.0) -> Surface:  # fmt: skip
+               grain: float = 0.0, through: float = 0.0) -> Surface:  # fmt: skip
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*(-NORMAL if flipped else NORMAL))
     surface.albedo, surface.diffuse, surface.f0 = wp.vec3(1.0, 1.0, 1.0), wp.vec3(diffuse), wp.vec3(f0)
     surface.f90, surface.roughness = float(f0 > 0.0), roughness
     surface.glass, surface.eta, surface.thin, surface.clear = glass, eta, thin, roughness == 0.0
     surface.sheen, surface.sheen_roughness = wp.vec3(sheen[0]), sheen[1]
-    surface.grain = wp.vec3(*(grain * GRAIN))
+    surface.grain, surface.through = wp.vec3(*(grain * GRAIN)), wp.vec3(through)
     surface.film, surface.film_ior, surface.film_thickness, surface.film_f0 = film, 1.8, 250.0, wp.vec3(f0)
     return surface
 
@@ -143,6 +143,11 @@ CASES = {
     "body with a film": surface_of(0.5, f0=0.04, glass=1.0, film=1.0),
     "film from inside a body": surface_of(0.6, f0=0.04, glass=1.0, eta=1.0 / 1.5, film=1.0),
     "sheet with a film": surface_of(0.5, f0=0.04, glass=1.0, thin=True, film=1.0),
+    "paper": surface_of(1.0, diffuse=0.5, through=0.25, thin=True),
+    "lampshade": surface_of(1.0, through=0.5, thin=True),
+    "leaf": surface_of(0.4, diffuse=0.3, through=0.5, f0=0.04, thin=True),
+    "curtain": surface_of(0.9, diffuse=0.5, through=0.3, f0=0.04, sheen=(0.8, 0.6), thin=True),
+    "wing": surface_of(0.4, diffuse=0.1, through=0.8, f0=0.04, film=1.0, thin=True),
     "cloth of metal": surface_of(0.5, f0=0.9, sheen=(0.5, 0.5)),
 }
 
@@ -195,11 +200,19 @@ def test_glass_keeps_all_light_but_for_masking(degrees: float) -> None:
         assert total == pytest.approx(1.0, abs=1e-5 if roughness == 0.0 else 0.07)
 
 
-def test_white_plastic_gains_at_most_a_twentieth_in_a_furnace() -> None:
-    surface = surface_of(0.3, diffuse=1.0, f0=0.04)
+@pytest.mark.parametrize("through", [0.0, 0.5, 1.0])
+def test_white_plastic_gains_at_most_a_twentieth_in_a_furnace(through: float) -> None:
+    surface = surface_of(0.3, diffuse=1.0 - through, through=through, f0=0.04, thin=True)
     heights = (np.arange(16) + 0.5) / 16
     energy = [samples_of(surface, at_angle(float(np.degrees(np.arccos(h**0.5)))))[1].mean() for h in heights]
     assert 1.0 < np.mean(energy) < 1.05
+
+
+def test_what_is_translucent_scatters_its_share_to_either_side() -> None:
+    directions, weights = samples_of(surface_of(1.0, diffuse=0.5, through=0.25, thin=True), at_angle(40.0))
+    behind = directions @ NORMAL < 0.0
+    sent = [np.where(side, weights[:, 1], 0.0).mean() for side in (~behind, behind)]
+    assert sent == pytest.approx([0.5, 0.25], rel=0.01)
 
 
 def test_a_path_takes_glass_by_its_share() -> None:

@@ -5,7 +5,8 @@ import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.device_scene.bsdf import even_reflectance, reflected
+from gpu.device_scene.bsdf import reflected
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.sheen import sheen_reflectance
 from gpu.device_scene.surface import Surface, below_sheen
 from gpu.scene.types import Doubles

@@ -58,8 +58,8 @@ def wall(material: Material, **rest: Any) -> DeviceScene:
     return resident_of([quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])], [material], **rest)
 
 
-def textured(colour: tuple[int, int, int], srgb: bool = False) -> Texture:
-    return Texture("flat", np.full((2, 2, 4), (*colour, 255), np.uint8), srgb=srgb)
+def textured(colour: tuple[int, int, int], srgb: bool = False, alpha: int = 255) -> Texture:
+    return Texture("flat", np.full((2, 2, 4), (*colour, alpha), np.uint8), srgb=srgb)
 
 
 def test_both_sides_reflect_and_only_the_front_emits() -> None:
@@ -362,3 +362,37 @@ def test_films_have_their_factors_and_textures() -> None:
         assert np.allclose(found[:3], expected, atol=0.01)
         assert expected[0] == 0.0 or abs(found[3]) > 0.01
     assert not results(film_kernel, 1, [wall(film).view(lambertian=True)], wp.vec4)[0, :3].any()
+
+
+@wp.kernel
+def through_kernel(first: int, scene: SceneData, side: float, out: wp.array[wp.vec4]) -> None:
+    """What goes through, and red of the diffuse lobe; absorption, and whether it is a sheet."""
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -side)
+    surface = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, side), direction, 10.0), direction)
+    through, absorption = surface.through, surface.absorption
+    out[2 * index] = wp.vec4(through[0], through[1], through[2], surface.diffuse[0])
+    out[2 * index + 1] = wp.vec4(absorption[0], absorption[1], absorption[2], float(int(surface.thin)))
+
+
+def through_of(material: Material, side: float = 1.0, *, lambertian: bool = False) -> Doubles:
+    data = wall(material, textures=[textured((128, 64, 255), alpha=51)]).view(lambertian=lambertian, translucent=True)
+    return np.asarray(results(through_kernel, 1, [data, side], wp.vec4, width=2))
+
+
+def test_light_goes_through_by_factors_and_textures_and_is_taken_from_the_diffuse_lobe() -> None:
+    paper = Material(diffuse_transmission=0.5, diffuse_transmission_color=(1.0, 0.5, 0.25))
+    for side in (1.0, -1.0):
+        assert np.allclose(through_of(paper, side), [[0.5, 0.25, 0.125, 0.5], [0.0, 0.0, 0.0, 1.0]])
+    half_metal = replace(paper, metallic=0.5)
+    assert np.allclose(through_of(half_metal)[0], [0.25, 0.125, 0.0625, 0.25])
+    mapped = replace(paper, diffuse_transmission_slot=TextureSlot(0), diffuse_transmission_color_slot=TextureSlot(0))
+    assert np.allclose(through_of(mapped)[0], [0.1 * 128 / 255, 0.05 * 64 / 255, 0.025, 0.9], atol=1e-3)
+    assert not through_of(replace(paper, unlit=True))[0, :3].any()
+    assert through_of(paper, lambertian=True)[0].tolist() == [0.0, 0.0, 0.0, 1.0]
+    wax = replace(paper, thickness=1.0, attenuation_color=(0.5, 0.25, 1.0), attenuation_distance=2.0)
+    absorbed = -np.log([0.5, 0.25, 1.0]) / 2.0
+    front, back = (through_of(wax, side)[1] for side in (1.0, -1.0))
+    assert front[3] == back[3] == 0.0
+    assert not back[:3].any()
+    assert np.allclose(front[:3] / front[1], absorbed / absorbed[1], atol=1e-6)

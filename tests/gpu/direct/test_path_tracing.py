@@ -37,7 +37,7 @@ def paths(
     **options: Any,
 ) -> Doubles:
     """The path-traced picture (height, width, 3), its samples traced in `runs`."""
-    scene = device_scene.view(lambertian=options.get("lambertian", False))
+    scene = device_scene.view(lambertian=options.get("lambertian", False), translucent=True)
     mean = wp.full(size[0] * size[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     table, data = build_light_table(device_scene), camera_of(device_scene, camera, size)
     first = 0
@@ -325,3 +325,30 @@ def test_a_film_mirrors_in_colours_of_the_angle() -> None:
         camera = Camera("spot", look_at(eye, (0.0, 0.0, 0.0)).to_world, 1e-3, orthographic=True)
         picture = paths(resident_of([up], [film], sky=even), camera, runs=(1,), size=(4, 4))
         assert np.allclose(picture, expected, atol=0.005)
+
+
+PAPER = replace(
+    grey(0.8), specular=0.0, diffuse_transmission=0.5, diffuse_transmission_color=(0.5, 0.25, 0.125), double_sided=True
+)
+
+
+@pytest.mark.parametrize("height", [0.2, -0.2])
+def test_paper_shows_light_from_either_side(height: float) -> None:
+    """Light of 1 W/m²/sr from above: the lit side reflects 0.8 of one half, the other shows the colour of the rest."""
+    sky = Environment("above", np.concatenate([np.ones((32, 8, 3)), np.zeros((32, 8, 3))]).astype(np.float32))
+    sheet = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0])
+    camera = Camera("spot", look_at((0.0, height, 0.01), (0.0, 0.0, 0.0)).to_world, 0.05, orthographic=True)
+    picture = paths(resident_of([sheet], [PAPER], sky=sky), camera, runs=(256,), size=(16, 16)).mean(axis=(0, 1))
+    assert picture == pytest.approx((0.4, 0.4, 0.4) if height > 0.0 else (0.25, 0.125, 0.0625), rel=0.02)
+
+
+def test_light_goes_on_to_walls_behind_paper() -> None:
+    """A far sun on a large sheet close above a floor: what comes through lights that, and is lit from below again."""
+    sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    sheet = quad([-0.5, 0.0, -0.5], [0, 0, 1], [1, 0, 0], 0)
+    floor = quad([-0.5, -0.002, -0.5], [0, 0, 1], [1, 0, 0], 1)
+    camera = look_at((0.0, -0.001, 0.0), (0.0, -0.002, 0.0), (0.0, 0.0, 1.0), yfov_degrees=60.0)
+    scene = resident_of([sheet, floor], [PAPER, grey(0.5)], lights=[sun])
+    found = paths(scene, camera, Component.INDIRECT, 12, (256,), (16, 16)).mean(axis=(0, 1))
+    through = 0.5 * np.array(PAPER.diffuse_transmission_color)
+    assert found * np.pi == pytest.approx(through * 0.5 / (1.0 - 0.5 * 0.4), rel=0.03)

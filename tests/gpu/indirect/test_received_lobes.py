@@ -3,7 +3,7 @@ import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import EVERYTHING
 from gpu.gbuffer.gbuffer import GBuffer, allocate_gbuffer, surface_of
 from gpu.indirect.received_lobes import received_by_lobe

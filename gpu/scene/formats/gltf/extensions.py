@@ -14,6 +14,7 @@ SUPPORTED = frozenset(
         "KHR_lights_punctual",
         "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
+        "KHR_materials_diffuse_transmission",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_iridescence",
@@ -43,7 +44,6 @@ _LIBRARIES = {
 # Without these a surface has less gloss, or colour in its gloss, and a file is only described.
 _DISPENSABLE = frozenset(
     {
-        "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
         "KHR_xmp",
         "KHR_xmp_json_ld",

@@ -16,7 +16,7 @@ _MOST = 1e30  # radiance: so that float32 holds what is computed with it
 _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
 _EXTENSIONS = ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen", "iridescence",
-               "anisotropy")  # fmt: skip
+               "anisotropy", "diffuse_transmission")  # fmt: skip
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
@@ -35,7 +35,7 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
     """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior, coat, sheen, film, grain = (
+    transmission, volume, specular, strength, ior, coat, sheen, film, grain, through = (
         entry.named_extension(f"KHR_materials_{name}") for name in _EXTENSIONS
     )
     _say_unused(images, entry, volume)
@@ -88,11 +88,18 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         anisotropy=grain.factor("anisotropyStrength", 0.0, 0.0, 1.0),
         anisotropy_rotation=grain.factor("anisotropyRotation", 0.0, -_LARGE, _LARGE),
         anisotropy_slot=_slot(images, grain, "anisotropyTexture"),
+        diffuse_transmission=through.factor("diffuseTransmissionFactor", 0.0, 0.0, 1.0),
+        diffuse_transmission_color=_rgb(through.factors("diffuseTransmissionColorFactor", _WHITE, 0.0, 1.0)),
+        diffuse_transmission_slot=_slot(images, through, "diffuseTransmissionTexture"),
+        diffuse_transmission_color_slot=_slot(images, through, "diffuseTransmissionColorTexture", srgb=True),
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = (
             "lets light through as frosted glass does (KHR_materials_transmission), all of which --method path shows"
         )
+        images.buffers.document.notes.add(problem, entry.name(entry.path))
+    if material.is_translucent:
+        problem = "lets light through (KHR_materials_diffuse_transmission), which --method path alone shows"
         images.buffers.document.notes.add(problem, entry.name(entry.path))
     return _from_glossy(images, entry, material) if glossy else material
 

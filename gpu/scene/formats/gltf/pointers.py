@@ -38,6 +38,8 @@ _MATERIALS = {
     "extensions/KHR_materials_iridescence/iridescenceIor": Property.IRIDESCENCE_IOR,
     "extensions/KHR_materials_iridescence/iridescenceThicknessMinimum": Property.IRIDESCENCE_LEAST,
     "extensions/KHR_materials_iridescence/iridescenceThicknessMaximum": Property.IRIDESCENCE_MOST,
+    "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor": Property.THROUGH,
+    "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor": Property.THROUGH_COLOR,
 }
 _LIGHTS = {
     "color": Property.LIGHT_COLOR,

@@ -114,6 +114,13 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
             "anisotropyRotation": material.anisotropy_rotation,
             **_info("anisotropyTexture", material.anisotropy_slot),
         }
+    if material.diffuse_transmission > 0.0:
+        made["diffuse_transmission"] = {
+            "diffuseTransmissionFactor": material.diffuse_transmission,
+            "diffuseTransmissionColorFactor": list(material.diffuse_transmission_color),
+            **_info("diffuseTransmissionTexture", material.diffuse_transmission_slot),
+            **_info("diffuseTransmissionColorTexture", material.diffuse_transmission_color_slot),
+        }
     return {f"KHR_materials_{name}": part for name, part in made.items()}
 
 

@@ -30,6 +30,12 @@ KEYS: dict[str, list[Any]] = {
     "/materials/0/extensions/KHR_materials_iridescence/iridescenceIor": [1.5, 1.25, 0.5],
     "/materials/0/extensions/KHR_materials_iridescence/iridescenceThicknessMinimum": [100, 200, -100],
     "/materials/0/extensions/KHR_materials_iridescence/iridescenceThicknessMaximum": [400, 500, 600],
+    "/materials/0/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor": [0, 0.5, 2],
+    "/materials/0/extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor": [
+        [1, 1, 1],
+        [1, 0.5, 0],
+        [0, 0.5, 2],
+    ],
     f"{LIGHTS}/color": [[1, 1, 1], [1, 0.5, 0], [0, 1, 0]],
     f"{LIGHTS}/intensity": [2, 4, 0.5],
     f"{LIGHTS}/spot/innerConeAngle": [0, 0.25, 3],

@@ -41,6 +41,10 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
                 "iridescenceThicknessMaximum": 600,
             },
             "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": -1.5},
+            "KHR_materials_diffuse_transmission": {
+                "diffuseTransmissionFactor": 0.75,
+                "diffuseTransmissionColorFactor": [1, 0.5, 0.25],
+            },
         },
     )
     assert material == Material(
@@ -70,6 +74,8 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
         iridescence_most=600.0,
         anisotropy=0.5,
         anisotropy_rotation=-1.5,
+        diffuse_transmission=0.75,
+        diffuse_transmission_color=(1.0, 0.5, 0.25),
     )
 
 
@@ -125,6 +131,7 @@ def metal(**values: object) -> dict:
         (extension("sheen", sheenColorFactor=[2, 0.5, -1]), "sheen_color", (1, 0.5, 0), "sheenColorFactor[0]"),
         (extension("sheen", sheenRoughnessFactor="rough"), "sheen_roughness", 0, "sheenRoughnessFactor"),
         (extension("iridescence", iridescenceFactor=2), "iridescence", 1, "iridescenceFactor"),
+        (extension("diffuse_transmission", diffuseTransmissionFactor=2), "diffuse_transmission", 1, "Factor"),
         (extension("anisotropy", anisotropyStrength=2), "anisotropy", 1, "anisotropyStrength"),
         (extension("anisotropy", anisotropyRotation="x"), "anisotropy_rotation", 0, "anisotropyRotation"),
         (extension("iridescence", iridescenceIor=0.5), "iridescence_ior", 1, "iridescenceIor"),
@@ -253,7 +260,7 @@ def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> 
     assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == ["textures of thickness"]
 
 
-def test_coats_specular_sheen_films_and_grain_have_textures(gltf: GltfFile) -> None:
+def test_all_layers_have_textures(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     use, normal = {"index": 0}, {"index": 0, "scale": 0.5}
     coat = {"clearcoatTexture": use, "clearcoatRoughnessTexture": use, "clearcoatNormalTexture": normal}
@@ -261,12 +268,15 @@ def test_coats_specular_sheen_films_and_grain_have_textures(gltf: GltfFile) -> N
     sheen = {"sheenColorTexture": use, "sheenRoughnessTexture": use}
     film = {"iridescenceTexture": use, "iridescenceThicknessTexture": use}
     grain = {"anisotropyTexture": use}
+    through = {"diffuseTransmissionTexture": use, "diffuseTransmissionColorTexture": use}
     layers = {"specular": specular, "clearcoat": coat, "sheen": sheen, "iridescence": film, "anisotropy": grain}
+    layers["diffuse_transmission"] = through
     material = material_of(gltf, extensions={f"KHR_materials_{name}": layer for name, layer in layers.items()})
     linear = material.clearcoat_slot
     assert linear == material.clearcoat_roughness_slot == material.clearcoat_normal_slot == material.specular_slot
-    assert linear == material.anisotropy_slot
+    assert linear == material.anisotropy_slot == material.diffuse_transmission_slot
     assert linear == material.sheen_roughness_slot == material.iridescence_slot == material.iridescence_thickness_slot
     # Colours' textures are in sRGB, the others are linear: another texture of the same image.
     assert None is not linear != material.specular_color_slot == material.sheen_color_slot is not None
+    assert material.diffuse_transmission_color_slot == material.sheen_color_slot
     assert material.clearcoat_normal_scale == 0.5

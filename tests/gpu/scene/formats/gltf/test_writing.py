@@ -35,6 +35,7 @@ MATERIALS = (
         iridescence_most=500.0,
         double_sided=True,
     ),
+    Material("paper", diffuse_transmission=0.5, diffuse_transmission_color=(1.0, 0.5, 0.25), double_sided=True),
     Material("steel", metallic=1.0, anisotropy=0.5, anisotropy_rotation=0.25, double_sided=True),
     Material("brocade", specular_slot=TextureSlot(1), specular_color_slot=TextureSlot(0), double_sided=True),
     Material("lacquer", clearcoat=0.5, clearcoat_roughness=0.25, specular=0.5, unlit=True, double_sided=True),
@@ -50,7 +51,7 @@ LIGHTS = (
 def scene() -> Scene:
     """A quad of each material, two of which are one object, far from the world's origin."""
     made = [quad((100.0, 0.5 * n, 50.0), (3.0, 0.0, 0.0), (0.0, 0.25, 1.0), n) for n in range(len(MATERIALS))]
-    names = "room", "lamp", "room", "pane", "cloth", "bubble", "sink", "curtain", "box"
+    names = "room", "lamp", "room", "pane", "cloth", "bubble", "lampshade", "sink", "curtain", "box"
     parts = [replace(part, name=name) for part, name in zip(made, names, strict=True)]
     lights = [replace(it, position=(100.0 + it.position[0], it.position[1], 50.0)) for it in LIGHTS]
     return scene_of(parts, MATERIALS, lights, textures=(CHECKS, BUMPS))

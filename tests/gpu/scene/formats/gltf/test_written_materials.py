@@ -52,6 +52,9 @@ def test_every_use_of_a_texture_is_written() -> None:
         iridescence_thickness_slot=slot,
         anisotropy=0.5,
         anisotropy_slot=slot,
+        diffuse_transmission=0.5,
+        diffuse_transmission_slot=slot,
+        diffuse_transmission_color_slot=slot,
     )
     entry = material_entry(material)
     use = {"index": 3, "texCoord": 1}
@@ -68,6 +71,8 @@ def test_every_use_of_a_texture_is_written() -> None:
     film = entry["extensions"]["KHR_materials_iridescence"]
     assert film["iridescenceTexture"] == film["iridescenceThicknessTexture"] == use
     assert entry["extensions"]["KHR_materials_anisotropy"]["anisotropyTexture"] == use
+    through = entry["extensions"]["KHR_materials_diffuse_transmission"]
+    assert through["diffuseTransmissionTexture"] == through["diffuseTransmissionColorTexture"] == use
 
 
 def test_a_texture_is_moved_turned_and_scaled() -> None:
