@@ -50,7 +50,7 @@ LONGEST = (
     "server/walk/test_viewer.py",
     "server/scenes/test_uploads.py",
     "server/render/test_worker_link.py",
-    "server/render/test_engine_pauses.py",
+    "server/render/test_asking_back.py",
     "server/rest/test_render.py",
     "load/test_soak.py",
     "gpu/core/test_kernel_loading.py",

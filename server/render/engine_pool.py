@@ -14,7 +14,8 @@ from time import monotonic
 from server.render.activity import Activity, EngineState
 from server.render.busy_meter import BusyMeter
 from server.render.cost import Speeds
-from server.render.engine import Engine, Make, Turn
+from server.render.engine import Engine
+from server.render.jobs_under_way import Make, Turn
 from server.render.pending import Reply
 from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine

@@ -4,7 +4,8 @@ import asyncio
 from collections.abc import Callable
 
 from gpu.settings import RenderSettings
-from server.render.engine import Engine, Make, Turn
+from server.render.engine import Engine
+from server.render.jobs_under_way import Make, Turn
 from server.render.pending import Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError

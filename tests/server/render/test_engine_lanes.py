@@ -101,7 +101,7 @@ def test_what_hangs_for_longer_than_it_is_suspected_is_alone_until_it_is_blamed(
         lost = await asyncio.gather(*both, return_exceptions=True)
         assert [type(error) for error in lost] == [InnocentLossError] * 2
         again, others = asyncio.ensure_future(result(engine, culprit)), []
-        await until(lambda: [turn.entry.client for turn in engine._running] == [1])
+        await until(lambda: [turn.entry.client for turn in engine._jobs.running] == [1])
         while not again.done():
             others.append(asyncio.ensure_future(result(engine, job(3 + len(others)))))
             await asyncio.sleep(0.1)

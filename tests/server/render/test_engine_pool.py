@@ -31,7 +31,7 @@ class Clock:
 
 
 def ready(engine: FakeEngine, state: EngineState = EngineState.READY) -> None:
-    engine._set_activity(Activity(state))
+    engine.set_activity(Activity(state))
     engine.scenes = (BOX,) if state is EngineState.READY else ()
 
 
@@ -131,7 +131,7 @@ def test_stills_go_anywhere_each_time_and_those_that_wait_count() -> None:
     async def main() -> None:
         assert engines.place(STILLS, BOX, Urgency.STILL) is first
         assert engines.place(STILLS, BOX, Urgency.STILL) is first
-        first._enqueue(STILLS, Urgency.STILL, lambda: None)
+        first._jobs.submit(STILLS, Urgency.STILL, lambda: None, asyncio.get_running_loop().create_future(), None)
         assert engines.place(STILLS, BOX, Urgency.STILL) is second
         assert engines.clients_of(first) == set()
 
@@ -145,27 +145,27 @@ def test_what_they_do_together_is_what_the_best_does() -> None:
     ready(first, EngineState.RECOVERING)
     assert engines.ready
     assert engines.activity.state is EngineState.READY
-    second._set_activity(Activity(EngineState.READY, "reading hall.glb", 0.5))
+    second.set_activity(Activity(EngineState.READY, "reading hall.glb", 0.5))
     assert engines.activity.text == "reading hall.glb"
     engines.place(1, BOX, Urgency.STILL)
     ready(second, EngineState.RECOVERING)
     assert not engines.ready
     assert told[-1] is EngineState.RECOVERING
-    first._set_activity(Activity(EngineState.FAILED, "it is broken"))
+    first.set_activity(Activity(EngineState.FAILED, "it is broken"))
     assert engines.activity.state is EngineState.RECOVERING
 
 
 def test_a_device_that_cannot_be_used_is_said_whatever_others_do() -> None:
     engines, (first, _) = pool()
     first.unusable = True
-    first._set_activity(Activity(EngineState.FAILED, "no device 'cuda:9' here"))
+    first.set_activity(Activity(EngineState.FAILED, "no device 'cuda:9' here"))
     assert engines.activity == Activity(EngineState.FAILED, "no device 'cuda:9' here")
 
 
 def test_a_client_waits_for_its_own_engine_unless_it_will_go_to_another() -> None:
     engines, (first, second) = pool()
     assert engines.place(1, BOX, Urgency.STILL) is first
-    first._set_activity(Activity(EngineState.READY, "reading hall.glb", 0.5))
+    first.set_activity(Activity(EngineState.READY, "reading hall.glb", 0.5))
     assert engines.activity_of(1).text == "reading hall.glb"
     ready(first, EngineState.RECOVERING)
     assert engines.activity_of(1).state is EngineState.READY

@@ -21,7 +21,7 @@ def test_an_export_does_not_wait_for_ever(serve: Callable[..., Running]) -> None
     (engine,) = service.service.engines.engines
     with ThreadPoolExecutor(1) as pool:
         slow = pool.submit(service.http.post, "/api/v1/render", json={"size": [8, 8], "settings": {"seed": SLOW_SEED}})
-        wait_for(lambda: any(isinstance(it.job, Render) and it.entry.client == STILLS for it in engine._running))
+        wait_for(lambda: any(isinstance(it.job, Render) and it.entry.client == STILLS for it in engine._jobs.running))
         answer = service.http.get("/api/v1/scenes/cornell-box/export.glb")
         assert (answer.status_code, answer.json()["message"]) == (503, "no turn within 0.05 s; try again later")
         assert slow.result().status_code == 200

@@ -291,7 +291,7 @@ def test_a_scene_goes_to_the_worker_that_has_room_for_it(hall: SceneRef) -> None
 
     async def run() -> None:
         for engine in (full, free):
-            engine._set_activity(Activity(EngineState.READY))
+            engine.set_activity(Activity(EngineState.READY))
         full.memory, free.memory = (990 * MEGABYTE, 1000 * MEGABYTE), (10 * MEGABYTE, 1000 * MEGABYTE)
         await scenes.open(hall, 1)
         assert (full.opened, free.opened) == ([], [hall])

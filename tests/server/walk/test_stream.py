@@ -128,15 +128,15 @@ def test_moving_frames_have_the_scale_that_is_locked(walker: Walker) -> None:
 
 
 def test_the_newest_pose_wins(running: Running, walker: Walker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.render.engine.HEARTBEAT_SECONDS", inf)  # they would have the turn
+    monkeypatch.setattr("server.render.watch.HEARTBEAT_SECONDS", inf)  # they would have the turn
     (engine,) = running.service.engines.engines
-    wait_for(lambda: len(engine._running) == 0)
+    wait_for(lambda: len(engine._jobs.running) == 0)
     worker = engine.worker_pid
     assert worker is not None
     os.kill(worker, signal.SIGSTOP)
     try:
         walker.pose(1)
-        wait_for(lambda: any(not turn.is_heartbeat for turn in engine._running))
+        wait_for(lambda: any(not turn.is_heartbeat for turn in engine._jobs.running))
         for number in range(2, 30):
             walker.pose(number)
         walker.socket.send("{")  # an error tells that what came before it was read

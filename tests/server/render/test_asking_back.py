@@ -70,7 +70,7 @@ def test_a_long_job_that_nobody_wants_any_more_ends() -> None:
         reply = await engine.submit(1, Urgency.STILL, lambda: job(seed=SLICED_SEED))
         assert reply is not None
         reply.cancel()
-        await until(lambda: not engine._pending)
+        await until(lambda: not engine._jobs._pending)
         assert await result(engine, job(viewer=2))
 
     check(scenario)
@@ -109,7 +109,7 @@ def test_those_who_move_leave_each_other_whole_frames(
 ) -> None:
     """Frames that all share would all come late; what is less urgent gives way at once."""
     monkeypatch.setattr("server.render.running.WHOLE_FRAME_SECONDS", PATIENCE)
-    monkeypatch.setattr("server.render.engine.LONG_TURN_SECONDS", PATIENCE)
+    monkeypatch.setattr("server.render.watch.LONG_TURN_SECONDS", PATIENCE)
 
     async def scenario(engine: Engine) -> None:
         reply = await engine.submit(1, urgency, lambda: job(1, SLICED_SEED))
