@@ -225,7 +225,10 @@ class JobsUnderWay:
             case Failed(request, text, cause) if request in self._pending:
                 if cause is Cause.PROGRAM and (turn := self.running.get(request)) and turn.is_heartbeat:
                     raise link.refuse("word that it can render no more")
-                self._pending.pop(request).resolve(ERRORS[cause](text))
+                pending = self._pending.pop(request)
+                if cause is not Cause.PROGRAM and not pending.reply.cancelled():  # its own mistake, found in time
+                    self._quarantine.acquit(pending.job)
+                pending.resolve(ERRORS[cause](text))
             case Done() | Opened() | Closed() | Picked() | Exported() if self._answers(message):
                 pending = self._pending.pop(message.request)
                 if isinstance(pending.job, Render) and isinstance(message, Done):

@@ -2,9 +2,9 @@
 
 A job is held to be at fault if its worker crashed, was killed because it hung, or ended after it had long been at it. A
 worker killed in a short time may have been killed by somebody: then the job is tried once more. Of several jobs that a
-worker had at once none is: jobs have a worker to themselves then, until each of these has been done or has ended one.
-Another seed or a pixel less is no way round: when two pictures that cost about the same have ended workers, all that
-cost as much are out.
+worker had at once none is: jobs have a worker to themselves then, until each of these has been done, has failed by an
+ordinary mistake or has ended one. Another seed or a pixel less is no way round: when two pictures that cost about the
+same have ended workers, all that cost as much are out.
 """
 
 from collections.abc import Iterable
@@ -108,7 +108,7 @@ class Quarantine:
             del self._strikes[next(iter(self._strikes))]
 
     def acquit(self, job: Job) -> None:
-        """It has been done."""
+        """It has been done, or failed by an ordinary mistake."""
         if (self._strikes or self._suspects) and (offence := _offence(job)) is not None:
             self._strikes.pop(offence, None)
             self._suspects.pop(offence, None)

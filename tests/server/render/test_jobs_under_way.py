@@ -2,8 +2,8 @@ import asyncio
 from contextlib import suppress
 
 import pytest
-from gradient_worker import BUG_SEED, FAULT_SEED, MEMORY_SEED, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
-from live_engine import check, job, result
+from gradient_worker import BUG_SEED, FAULT_SEED, MEMORY_SEED, SLICED_SEED, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
+from live_engine import check, job, result, until
 
 from gpu.errors import OutOfMemoryError, UserError
 from server.render.engine import Engine
@@ -137,5 +137,31 @@ def test_what_crashed_a_worker_is_refused_to_all_and_others_are_innocent() -> No
         await waiting
         await result(engine, job(4))
         assert engine.restarts == 1
+
+    check(scenario)
+
+
+@pytest.mark.parametrize(("seed", "acquitted"), [(WRONG_SEED, True), (MEMORY_SEED, True), (BUG_SEED, False)])
+def test_a_suspect_that_fails_by_an_ordinary_mistake_is_acquitted(seed: int, acquitted: bool) -> None:
+    async def scenario(engine: Engine) -> None:
+        quarantine = engine._jobs._quarantine
+        quarantine.suspect([job(seed=seed)])
+        with suppress(UserError, RenderFaultError):
+            await result(engine, job(seed=seed))
+        assert quarantine.suspecting != acquitted
+
+    check(scenario)
+
+
+def test_a_suspect_that_nobody_wants_any_more_is_not_acquitted() -> None:
+    async def scenario(engine: Engine) -> None:
+        quarantine = engine._jobs._quarantine
+        quarantine.suspect([job(seed=SLICED_SEED)])
+        reply = await engine.submit(0, Urgency.STILL, lambda: job(seed=SLICED_SEED))
+        assert reply is not None
+        reply.cancel()
+        await result(engine, job(1))
+        await until(lambda: not engine._jobs._pending)
+        assert quarantine.suspecting
 
     check(scenario)
