@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Hashable
 from dataclasses import dataclass, field
+from secrets import token_hex
 from typing import Annotated, Protocol
 
 from fastapi import Depends
@@ -54,6 +55,7 @@ class Service:
     catalogue: Catalogue
     engines: EnginePool
     checker: Checker
+    run: str = field(default_factory=lambda: token_hex(8))  # tells it from one that is started after it
     viewers: dict[int, str] = field(default_factory=dict)  # and their clients
     greeting: list[asyncio.Timeout] = field(default_factory=list)  # who has not said hello yet, the oldest first
     last_viewer: int = 0

@@ -4,11 +4,15 @@
  * are this viewer's own.
  */
 
-import { compose, inverse, merge, removal } from "./merge.js";
+import { compose, inverse, merge, removal, replaced, without } from "./merge.js";
 
 /** @typedef {import("./messages.js").SceneEdits} SceneEdits */
 /** @typedef {import("./messages.js").ScenePatch} ScenePatch */
-/** @typedef {{undo: ScenePatch, redo: ScenePatch, what: string | null}} Step  what: the gesture that it is of, if that goes on */
+/** @typedef {{id: number, patch: ScenePatch}} Part  of what was done, by the message that it is in */
+/**
+ * What was done. asked: the message that undoes it, or does it again; what: the gesture that it is of, if that goes on.
+ * @typedef {{undo: ScenePatch, parts: Part[], asked: number, what: string | null}} Step
+ */
 
 /** Between two messages [ms]: fewer than the server takes. */
 const REST = 40;
@@ -27,7 +31,7 @@ export class EditHistory {
   #changed;
   /** @type {SceneEdits} */
   #known = NONE;
-  /** Sent, and not answered yet. @type {{id: number, patch: ScenePatch}[]} */
+  /** Sent, and not answered yet. @type {Part[]} */
   #sent = [];
   /** To be sent. @type {ScenePatch | null} */
   #next = null;
@@ -37,8 +41,8 @@ export class EditHistory {
   #done = [];
   /** @type {Step[]} */
   #undone = [];
-  /** Whether the server refused an edit, and has not said yet what differs without it. */
-  #refused = false;
+  /** Of the service that has these edits. */
+  #run = "";
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
 
@@ -75,21 +79,28 @@ export class EditHistory {
   /**
    * Another scene, or the same on another connection: nothing is on its way.
    * @param {boolean} stays  it is the same: edits of its own are so again, what the server has not answered is sent again,
-   *   and what was done can still be undone
+   *   and what was done can still be undone, unless it is gone with another run of the service
+   * @param {string} run  of the service
    */
-  restart(stays) {
+  restart(stays, run) {
     const unanswered = stays && !this.own ? this.#unanswered.reduce(compose, {}) : {};
     this.#kept = !stays ? null : this.own ? this.edits : this.#kept; // which a short connection may not have come to
+    const lost = run !== this.#run && this.#kept === null;
+    this.#run = run;
     this.own = false;
     this.suns = {};
     clearTimeout(this.#timer);
     this.#timer = undefined;
     this.#known = NONE;
+    const ids = new Map(this.#sent.map(({ id }) => [id, this.#id + 1]));
     this.#sent = [];
     this.#next = null;
-    this.#refused = false;
-    if (stays) this.end();
+    if (stays && !lost) this.end();
     else this.#forget();
+    for (const step of this.#steps) {
+      step.asked = ids.get(step.asked) ?? step.asked;
+      for (const part of step.parts) part.id = ids.get(part.id) ?? part.id;
+    }
     if (Object.keys(/** @type {ScenePatch} */ (unanswered)).length > 0) this.#ask(/** @type {ScenePatch} */ (unanswered));
     this.#changed();
   }
@@ -111,7 +122,6 @@ export class EditHistory {
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
     if (this.#sent.length === 0) this.#belong(own);
-    if (this.#refused) this.#correct();
     const kept = this.#kept;
     this.#kept = null;
     if (kept) {
@@ -122,18 +132,29 @@ export class EditHistory {
     this.#changed();
   }
 
-  /** The server refused an edit, and will say what differs. */
-  refused() {
-    this.#refused = true;
+  /** In the order in which they are or were done. */
+  get #steps() {
+    return [...this.#done, ...this.#undone.toReversed()];
   }
 
-  /** The newest step is what came of it: none, where all of it was refused. */
-  #correct() {
-    this.#refused = false;
-    const last = this.#done.at(-1);
-    if (!last) return;
-    last.redo = /** @type {ScenePatch} */ (inverse(this.edits, last.undo));
-    if (JSON.stringify(last.redo) === JSON.stringify(last.undo)) this.#done.pop();
+  /** The server refused a message, and will say what differs: nothing that was in it has been done. @param {number} id */
+  refused(id) {
+    this.#sent = this.#sent.filter((it) => it.id !== id);
+    giveBack(this.#done, this.#undone, id);
+    giveBack(this.#undone, this.#done, id);
+    const steps = this.#steps;
+    for (const [number, step] of steps.entries()) {
+      if (step.parts.every((part) => part.id !== id)) continue;
+      step.parts = step.parts.filter((part) => part.id !== id);
+      let came = compose(step.undo, redoOf(step));
+      for (const later of steps.slice(number + 1)) {
+        later.undo = /** @type {ScenePatch} */ (replaced(later.undo, came));
+        came = without(came, redoOf(later));
+      }
+    }
+    this.#done = this.#done.filter(({ parts }) => parts.length > 0);
+    this.#undone = this.#undone.filter(({ parts }) => parts.length > 0);
+    this.#changed();
   }
 
   /**
@@ -156,8 +177,9 @@ export class EditHistory {
    */
   edit(patch, what = null) {
     const last = this.#done.at(-1);
-    if (what !== null && last?.what === what) last.redo = /** @type {ScenePatch} */ (compose(last.redo, patch));
-    else this.#done.push({ undo: /** @type {ScenePatch} */ (inverse(this.edits, patch)), redo: patch, what });
+    const part = { id: this.#id + 1, patch };
+    if (what !== null && last?.what === what) last.parts.push(part);
+    else this.#done.push({ undo: /** @type {ScenePatch} */ (inverse(this.edits, patch)), parts: [part], asked: 0, what });
     this.#undone = [];
     this.#ask(patch);
   }
@@ -179,20 +201,22 @@ export class EditHistory {
   }
 
   undo() {
-    this.#step(this.#done, this.#undone, "undo");
+    this.#step(this.#done, this.#undone, ({ undo }) => undo);
   }
 
   redo() {
-    this.#step(this.#undone, this.#done, "redo");
+    this.#step(this.#undone, this.#done, redoOf);
   }
 
-  /** @param {Step[]} from @param {Step[]} to @param {"undo" | "redo"} way */
+  /** @param {Step[]} from @param {Step[]} to @param {(step: Step) => ScenePatch} way */
   #step(from, to, way) {
     const step = from.pop();
     if (!step) return;
     step.what = null;
+    const id = this.#id + 1;
+    step.asked = step.asked === id ? 0 : id; // there and back in one message is nothing
     to.push(step);
-    this.#ask(step[way]);
+    this.#ask(way(step));
   }
 
   /** @param {ScenePatch} patch */
@@ -210,5 +234,17 @@ export class EditHistory {
     this.#sent.push({ id: ++this.#id, patch });
     this.#timer = setTimeout(() => this.#flush(), REST);
     this.#send(this.#id, patch);
+  }
+}
+
+/** @param {Step} step @returns {ScenePatch} */
+const redoOf = ({ parts }) => /** @type {ScenePatch} */ (parts.reduce((made, { patch }) => compose(made, patch), /** @type {unknown} */ ({})));
+
+/** What a refused message was to undo, or do again, is where it was. @param {Step[]} from @param {Step[]} to @param {number} id */
+function giveBack(from, to, id) {
+  while (from.at(-1)?.asked === id) {
+    const step = /** @type {Step} */ (from.pop());
+    step.asked = 0;
+    to.push(step);
   }
 }

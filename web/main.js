@@ -91,6 +91,7 @@ const session = new Session(api, wanted, {
     panel.describe(welcome.settings_schema);
     panel.stillFrames = welcome.still_frames;
     panel.offerVideo(welcome.codecs.includes("h264"));
+    mixer.run = welcome.run;
     mixer.allowed = player.allowed = welcome.takes_edits;
     exports = welcome.gives_exports;
     offerScenes(welcome.scenes);
@@ -380,9 +381,9 @@ async function show(frame) {
 }
 
 /** @param {import("./protocol.js").ServerError} error */
-function refused({ code, message }) {
+function refused({ code, message, edit }) {
   if (code === "edit-refused") {
-    mixer.refused();
+    mixer.refused(edit);
     return notice.complain(message);
   }
   busy(false);

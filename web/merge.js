@@ -36,6 +36,19 @@ export function inverse(target, patch) {
   return Object.fromEntries(Object.entries(patch).map(([name, value]) => [name, inverse(asObject(target)[name], value)]));
 }
 
+/** `patch` with the values of `other`, where that has some. @param {unknown} patch @param {unknown} other @returns {unknown} */
+export function replaced(patch, other) {
+  if (!isObject(patch) || !isObject(other)) return other;
+  return Object.fromEntries(Object.entries(patch).map(([name, value]) => [name, name in other ? replaced(value, other[name]) : value]));
+}
+
+/** `patch` without what `other` changes. @param {unknown} patch @param {unknown} other @returns {unknown} */
+export function without(patch, other) {
+  const others = asObject(other);
+  const left = Object.entries(asObject(patch)).filter(([name, value]) => isObject(value) || !(name in others));
+  return Object.fromEntries(left.map(([name, value]) => [name, isObject(value) ? without(value, others[name]) : value]));
+}
+
 /** The patch that takes all values of `target` away. @param {unknown} target @returns {unknown} */
 export function removal(target) {
   if (!isObject(target)) return null;

@@ -155,6 +155,8 @@ export interface Welcome {
   type: "welcome";
   protocol: number;
   viewer: number;
+  /** of the service: another one has other edits */
+  run: string;
   scenes: readonly SceneName[];
   /** JSON schema of `settings` */
   settings_schema: import("./ui/schema.js").JsonSchema;
@@ -324,6 +326,8 @@ export interface ServerError {
   type: "error";
   code: ErrorCode;
   message: string;
+  /** of this viewer's that is refused, 0: none */
+  edit: number;
 }
 
 /** What went wrong, for programs; the message says it for people. */

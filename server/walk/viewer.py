@@ -149,6 +149,7 @@ class Viewer:
         limits = self._service.settings
         return Welcome(
             viewer=self._session.viewer,
+            run=self._service.run,
             scenes=self._service.catalogue.names(),
             settings_schema=settings_schema(),
             codecs=self._codecs,
@@ -225,7 +226,7 @@ class Viewer:
             self._dealt_with(message.id)
 
     async def _refuse_edit(self, error: Exception, number: int) -> None:
-        await self._fail(ErrorCode.EDIT_REFUSED, error)
+        await self._fail(ErrorCode.EDIT_REFUSED, error, edit=number)
         self._dealt_with(number)
 
     def _dealt_with(self, number: int) -> None:
@@ -407,10 +408,10 @@ class Viewer:
         waits = self._wanted is not None or self._awaited > 0 or self._session.due in (Urgency.MOVING, Urgency.STILL)
         return _State(State.LOADING, *words) if waits else _READY
 
-    async def _fail(self, code: ErrorCode, error: Exception) -> None:
+    async def _fail(self, code: ErrorCode, error: Exception, edit: int = 0) -> None:
         if code is not ErrorCode.BAD_MESSAGE and self._faults.spend():
             log.warning("%s: %s", code, error)
-        await self._socket.send(Error(code=code, message=str(error)))
+        await self._socket.send(Error(code=code, message=str(error), edit=edit))
 
     def _stir(self) -> None:
         self._stirring.stir()

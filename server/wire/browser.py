@@ -340,6 +340,7 @@ class Welcome(Message):
     type: Literal["welcome"] = "welcome"
     protocol: int = PROTOCOL
     viewer: int
+    run: str = Field(description="of the service: another one has other edits")
     scenes: tuple[SceneName, ...]
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
     codecs: tuple[CodecName, ...] = Field(description="that frames will come in, the usual one first")
@@ -379,6 +380,7 @@ class Error(Message):
     type: Literal["error"] = "error"
     code: ErrorCode
     message: str
+    edit: int = Field(0, description="of this viewer's that is refused, 0: none")
 
 
 # --- checks ----------------------------------------------------------------------------------------------------------

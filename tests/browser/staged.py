@@ -35,6 +35,7 @@ class Stage:
         self.heard: list[dict[str, Any]] = []  # what the page said on the newest connection
         self.connections = 0
         self.away = False  # a server that takes nobody now
+        self.run = "first"  # of the service
         self.takes_edits = True
         self.gives_exports = False
         self.closes: list[int | None] = []
@@ -80,6 +81,7 @@ class Stage:
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
         words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png", "h264"]}
+        words["run"] = self.run
         words["gives_exports"] = self.gives_exports
         words["still_frames"] = {"draft": 2, "balanced": 16, "best": 64}
         self.say("welcome", protocol=PROTOCOL, limits=limits, takes_edits=self.takes_edits, **words)

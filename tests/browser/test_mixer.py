@@ -172,7 +172,7 @@ def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None
     page.get_by_label("lamp", exact=True).click()
     expect(page.get_by_label("lamp", exact=True)).not_to_be_checked()
     number = stage.hear("edit")["id"]
-    stage.say("error", code="edit-refused", message="this server takes no edits of its scenes")
+    stage.say("error", code="edit-refused", message="this server takes no edits of its scenes", edit=number)
     stage.say("edits", scene="cornell-box", edits=NO_EDITS.model_dump(), edit=number, own=False, suns={})
     expect(page.get_by_label("lamp", exact=True)).to_be_checked()
     expect(page.locator("#toast")).to_contain_text("takes no edits")

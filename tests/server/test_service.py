@@ -34,6 +34,10 @@ def test_viewers_are_admitted_while_there_is_room_each_by_a_number_of_its_own(se
     assert service.admit() not in (None, first, second)
 
 
+def test_each_run_has_a_name_of_its_own(service: Service) -> None:
+    assert service.run != Service(SETTINGS, service.catalogue, service.engines, service.checker).run
+
+
 @pytest.mark.parametrize(("client", "most"), [("192.0.2.1", 7), ("127.0.0.1", 8)])
 def test_one_client_leaves_places_for_others_unless_it_speaks_for_them(
     engine: FakeEngine, client: str, most: int

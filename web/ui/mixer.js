@@ -32,6 +32,8 @@ import { Sheet } from "./sheet.js";
 
 export class Mixer {
   sheet = new Sheet("mixer");
+  /** Of the service, as it says before its first scene. */
+  run = "";
   #overlay = byId("handles", SVGSVGElement);
   #lights = text("lights");
   #material = byId("material", HTMLSelectElement);
@@ -147,7 +149,7 @@ export class Mixer {
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;
     if (!stays) this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
-    this.#history.restart(stays);
+    this.#history.restart(stays, this.run);
   }
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */
@@ -155,9 +157,9 @@ export class Mixer {
     this.#history.told(message);
   }
 
-  /** The server refused an edit, and will say what differs. */
-  refused() {
-    this.#history.refused();
+  /** The server refused an edit, and will say what differs. @param {number} id */
+  refused(id) {
+    this.#history.refused(id);
   }
 
   /** What was pointed at is chosen. @param {PickedPart} part */

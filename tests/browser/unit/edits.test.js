@@ -5,6 +5,8 @@ import { EditHistory } from "../../../web/edits.js";
 
 /** @typedef {import("../../../web/messages.js").ScenePatch} ScenePatch */
 
+const RUN = "first";
+
 /** @type {{id: number, patch: ScenePatch}[]} */
 let sent = [];
 /** @type {[number, boolean, boolean][]} */
@@ -19,6 +21,7 @@ beforeEach((context) => {
   sent = [];
   owned = [];
   history = new EditHistory((id, patch) => sent.push({ id, patch }), (...asked) => owned.push(asked), () => {});
+  history.restart(false, RUN);
 });
 
 /** The server says what differs. @param {unknown} edits @param {number} edit @param {boolean} [own] */
@@ -69,13 +72,13 @@ test("an undo leaves what others did elsewhere", () => {
 
 test("after a new start nothing is left", () => {
   history.edit(lamp(2));
-  history.restart(false);
+  history.restart(false, RUN);
   assert.deepEqual([history.canUndo, shown()], [false, undefined]);
 });
 
 test("what was done can be undone on another connection", () => {
   history.edit(lamp(2), "drag");
-  history.restart(true);
+  history.restart(true, RUN);
   told({ lights: { lamp: { intensity: 2 } }, materials: {}, objects: {} }, 0);
   history.edit(lamp(3), "drag"); // another gesture
   told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2);
@@ -90,19 +93,19 @@ test("what was not answered on a connection is sent on the next", () => {
   told({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }, 1);
   history.edit(lamp(2), "drag");
   history.set({ time: 1 });
-  history.restart(true);
+  history.restart(true, RUN);
   assert.deepEqual([sent.at(-1), shown(), history.edits.time], [{ id: 2, patch: { ...lamp(2), time: 1 } }, 2, 1]);
   told({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }, 0);
   assert.equal(shown(), 2);
   told({ lights: { lamp: { intensity: 2 } }, time: 1, materials: {}, objects: {} }, 2);
   const count = sent.length;
-  history.restart(true);
+  history.restart(true, RUN);
   assert.equal(sent.length, count);
 });
 
 test("what is on its way in another scene is not taken for what was sent in the one before", () => {
   history.edit(lamp(2));
-  history.restart(false);
+  history.restart(false, RUN);
   history.edit(lamp(3));
   told({ time: null, animation: null, lights: {}, materials: {}, objects: {} }, 1);
   assert.equal(shown(), 3);
@@ -134,14 +137,14 @@ test("own edits of a scene outlast a connection", (context) => {
   history.setOwn(true);
   history.edit(lamp(3));
   told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2, true);
-  history.restart(true);
-  history.restart(true); // and one that ends before the server says what differs
+  history.restart(true, RUN);
+  history.restart(true, RUN); // and one that ends before the server says what differs
   told({ lights: { sky: { on: false } }, materials: {}, objects: {} }, 0);
   assert.deepEqual([owned.at(-1), history.canUndo], [[3, true, false], true]);
   context.mock.timers.tick(50);
   assert.deepEqual(sent.at(-1)?.patch.lights, { lamp: { intensity: 3 }, sky: { on: null } });
   told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3, true);
-  history.restart(false);
+  history.restart(false, RUN);
   told({ lights: {}, materials: {}, objects: {} }, 0);
   assert.deepEqual([history.own, shown()], [false, undefined]);
 });
@@ -152,7 +155,7 @@ test("what the server refuses is no step to be undone", (context) => {
   told(known, 1);
   history.edit(lamp(-1));
   context.mock.timers.tick(50);
-  history.refused();
+  history.refused(2);
   told(known, 2);
   history.undo();
   assert.equal(shown(), undefined);
@@ -165,10 +168,79 @@ test("of a gesture that the server refuses the end of, what it took is done agai
   told(known, 1);
   history.edit(lamp(-1), "typed");
   context.mock.timers.tick(50);
-  history.refused();
+  history.refused(2);
   told(known, 2);
   history.undo();
   assert.equal(shown(), undefined);
   history.redo();
   assert.equal(shown(), 1);
+});
+
+/** Each in a message of its own. @param {import("node:test").TestContext} context @param {ScenePatch[]} patches */
+function apart(context, ...patches) {
+  for (const patch of patches) {
+    history.edit(patch);
+    context.mock.timers.tick(50);
+  }
+}
+
+test("of several steps that are not answered yet the one that the server refuses is none", (context) => {
+  apart(context, lamp(1), { lights: { sky: { intensity: -1 } } }, lamp(3));
+  history.refused(2);
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3);
+  history.undo();
+  assert.equal(shown(), 1);
+  history.undo();
+  assert.deepEqual([shown(), history.canUndo], [undefined, false]);
+});
+
+test("steps after one that the server refuses bring back what was before that", (context) => {
+  apart(context, lamp(1), lamp(-1), lamp(3), lamp(4));
+  history.undo();
+  context.mock.timers.tick(50);
+  history.refused(2);
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 5);
+  history.undo();
+  assert.equal(shown(), 1);
+  history.redo();
+  history.redo();
+  assert.equal(shown(), 4);
+  history.undo();
+  assert.equal(shown(), 3);
+});
+
+test("an undo that the server refuses can be done again", (context) => {
+  apart(context, lamp(1), lamp(2), lamp(3));
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3);
+  history.undo();
+  history.undo();
+  history.undo();
+  history.redo();
+  context.mock.timers.tick(50);
+  history.refused(5);
+  assert.deepEqual([shown(), history.canUndo, history.canRedo], [2, true, true]);
+  history.refused(4);
+  assert.deepEqual([shown(), history.canRedo], [3, false]);
+  for (const intensity of [2, 1, undefined]) {
+    history.undo();
+    assert.equal(shown(), intensity);
+  }
+});
+
+test("what was not answered on a connection and is refused on the next is no step", () => {
+  history.edit(lamp(-1));
+  history.restart(true, RUN);
+  history.refused(2);
+  assert.deepEqual([shown(), history.canUndo], [undefined, false]);
+});
+
+test("steps of a service that is gone cannot be undone, but for those of this viewer's own edits", () => {
+  history.edit(lamp(2));
+  told({ lights: { lamp: { intensity: 2 } }, materials: {}, objects: {} }, 1);
+  history.restart(true, "second");
+  assert.deepEqual([history.canUndo, shown()], [false, undefined]);
+  history.setOwn(true);
+  history.edit(lamp(3));
+  history.restart(true, "third");
+  assert.equal(history.canUndo, true);
 });

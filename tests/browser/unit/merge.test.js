@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { compose, inverse, merge, removal } from "../../../web/merge.js";
+import { compose, inverse, merge, removal, replaced, without } from "../../../web/merge.js";
 
 const target = { lights: { lamp: { on: false, color: [1, 0, 0] } }, materials: {} };
 const patches = [
@@ -35,4 +35,11 @@ test("two patches in one do what they do after each other", () => {
 
 test("an inverse brings back what was", () => {
   for (const patch of patches) assert.deepEqual(said(merge(merge(target, patch), inverse(target, patch))), said(target));
+});
+
+test("a patch takes values of another, or goes without what that changes", () => {
+  const patch = { lights: { lamp: { on: true, color: [0, 1, 0] }, sky: { on: false } }, time: 1 };
+  const other = { lights: { lamp: { on: null, intensity: 3 } }, time: 2, materials: {} };
+  assert.deepEqual(replaced(patch, other), { lights: { lamp: { on: null, color: [0, 1, 0] }, sky: { on: false } }, time: 2 });
+  assert.deepEqual(without(patch, other), { lights: { lamp: { color: [0, 1, 0] }, sky: { on: false } } });
 });

@@ -47,6 +47,7 @@ def test_the_welcome_says_what_there_is(running: Running, visit: Visit) -> None:
     walker.send("hello", protocol=PROTOCOL, size=[64, 36])
     welcome = walker.word("welcome")
     assert welcome["scenes"][0]["id"] == "cornell-box"
+    assert welcome["run"] == running.service.run
     assert welcome["still_frames"] == {"draft": 2, "balanced": 16, "best": 64}  # of a CPU
     assert {"rooms/hall.glb", "broken.glb"} < {scene["id"] for scene in welcome["scenes"]}
     assert welcome["settings_schema"]["properties"]["fuzziness"]["maximum"] == 8

@@ -218,9 +218,10 @@ def test_a_bad_edit_changes_nothing_and_says_why(running: Running, visit: Visit)
     walker.send("edit", id=1, patch={"lights": {"moon": {"on": False}}})
     error = walker.word("error", code="edit-refused")
     assert error["message"] == "lights.moon: the scene has no such light; it has lamp"
+    assert error["edit"] == 1
     assert walker.word("edits")["edit"] == 1
     walker.send("edit", id=2, patch={"lights": {"lamp": {"intensity": -1}}})
-    assert "patch.lights.lamp.intensity" in walker.word("error", code="edit-refused")["message"]
+    assert "patch.lights.lamp.intensity" in walker.word("error", code="edit-refused", edit=2)["message"]
     assert walker.word("edits")["edit"] == 2
     walker.send("edit", id=0, patch={})  # which nothing is answered to
     assert walker.word("error", code="bad-message")["message"].startswith("edit.id")
