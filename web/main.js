@@ -391,7 +391,7 @@ function refused({ code, message, edit }) {
   if (code === "render-failed") return connectionStatus.failed("No picture", message);
   // A link to a scene that is not there leads to the one that is served.
   if (session.scene === null && code !== "unknown-scene") return connectionStatus.failed("No scene", message);
-  notice.complain(message);
+  notice.complain(code === "unknown-scene" ? `${message}; choose one in the list above, or open a file (U)` : message);
   if (session.scene === null) return;
   connectionStatus.picture();
   sceneSelect.value = session.scene.id;

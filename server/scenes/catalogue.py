@@ -21,6 +21,7 @@ from server.wire.worker import SceneRef
 
 LISTED_SECONDS = 2.0  # so that a burst of requests walks a large folder once
 SHARE = 10.0  # and one that takes long is walked a tenth of the time at most
+NAMED = 4  # to who asks for a scene that is not there
 
 
 class Catalogue:
@@ -110,8 +111,13 @@ class Catalogue:
             scene_id = self._served_id
         source = self._source(scene_id)
         if source is None:
-            raise UnknownSceneError(f"scene: there is no {scene_id!r} here; /api/v1/scenes lists what there is")
+            raise UnknownSceneError(f"scene: there is no {scene_id!r} here, but {self._some()}")
         return self._ref(scene_id, source, options)
+
+    def _some(self) -> str:
+        """Scenes that there are, in words."""
+        ids = [name.id for name in self.names()]
+        return ", ".join(ids[:NAMED]) + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
 
     def _ref(self, scene_id: str, source: str, options: ImportOptions | None) -> SceneRef:
         if options is None:

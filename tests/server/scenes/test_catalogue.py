@@ -10,7 +10,7 @@ from harness import PATIENCE
 from gpu.errors import UserError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from server.refusals import UnknownSceneError
-from server.scenes.catalogue import Catalogue
+from server.scenes.catalogue import NAMED, Catalogue
 from server.wire.worker import SceneRef
 
 
@@ -43,6 +43,16 @@ def test_a_link_that_leads_out_of_the_folder_is_not_a_scene(folder: Path) -> Non
 def test_an_id_is_never_a_path(folder: Path, scene_id: str) -> None:
     with pytest.raises(UnknownSceneError):
         Catalogue("cornell-box", folder).find(scene_id)
+
+
+def test_who_asks_for_a_scene_that_is_not_there_hears_of_some_that_are(folder: Path) -> None:
+    catalogue = Catalogue("cornell-box", folder)
+    first, *others = [name.id for name in catalogue.names()]
+    with pytest.raises(UnknownSceneError) as told:
+        catalogue.find("gone.glb")
+    words = f"scene: there is no 'gone.glb' here, but {first}, {others[0]}, "
+    assert str(told.value).startswith(words)
+    assert str(told.value).endswith(f" and {1 + len(others) - NAMED} more")
 
 
 def test_a_served_file_has_its_name_for_id(folder: Path, tmp_path: Path) -> None:
