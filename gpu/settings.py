@@ -1,6 +1,8 @@
 """What a user can choose of a render, with its limits: one model for the command line, REST and the page's panel."""
 
+from dataclasses import asdict
 from enum import StrEnum
+from math import isfinite
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
@@ -90,12 +92,13 @@ class Skips(BaseModel):
 
 
 EVERY_SKIP = Skips()
+_BOUNDS = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
 
 
 class RenderSettings(BaseModel):
     """Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU)."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     method: Method = Field(
         Method.FUZZY_VPL,
@@ -179,6 +182,16 @@ class RenderSettings(BaseModel):
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
     skip: Skips = Field(EVERY_SKIP, description="leaving out work that a scene or a frame does not need")
+
+    @field_validator("exposure", "target_ms", "target_error", mode="before")
+    @classmethod
+    def _is_finite(cls, value: object, info: ValidationInfo) -> object:
+        """NaN breaks each bound, of which one alone would be told."""
+        if info.field_name is not None and isinstance(value, float) and not isfinite(value):
+            said = [asdict(bound) for bound in cls.model_fields[info.field_name].metadata]
+            words = [f"{word} {bound[name]:g}" for bound in said for name, word in _BOUNDS.items() if name in bound]
+            raise PydanticCustomError("finite", "must be a finite number {range}", {"range": " and ".join(words)})
+        return value
 
     @field_validator("shadow_map")
     @classmethod

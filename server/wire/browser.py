@@ -88,7 +88,7 @@ MOST_PATCHED = 1000  # lights, or materials, that one patch may name
 class Message(BaseModel):
     """Base of all control messages."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 # --- viewer to server ------------------------------------------------------------------------------------------------

@@ -39,6 +39,17 @@ def test_limits_are_inclusive_and_enforced(name: str, good: list[object], bad: l
             RenderSettings(**{name: value})
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+@pytest.mark.parametrize(
+    ("name", "words"), [("exposure", "above 0 and at most 1e+12"), ("target_error", "of at least 1e-06 and at most 1")]
+)
+def test_what_is_not_finite_is_refused_with_the_range(name: str, words: str, value: float) -> None:
+    with pytest.raises(ValidationError) as told:
+        RenderSettings.model_validate({name: value})
+    (problem,) = told.value.errors()
+    assert (problem["loc"], problem["msg"]) == ((name,), f"must be a finite number {words}")
+
+
 def test_unknown_fields_and_changes_are_refused() -> None:
     with pytest.raises(ValidationError, match="spclusters"):
         RenderSettings(spclusters=3)

@@ -107,6 +107,13 @@ def test_bodies_that_are_not_a_request_are_refused(running: Running, body: bytes
     assert response.json()["code"] == "bad-request"
 
 
+def test_an_exposure_that_is_no_number_is_refused_with_the_range(running: Running) -> None:
+    body = b'{"settings": {"exposure": Infinity}}'
+    response = running.http.post(RENDER, content=body, headers={"Content-Type": "application/json"})
+    words = "settings.exposure: must be a finite number above 0 and at most 1e+12"
+    assert (response.status_code, response.json()["message"]) == (422, words)
+
+
 @pytest.mark.parametrize("scene", ["nowhere", "../conftest.py", "/etc/passwd"])
 def test_an_unknown_scene_is_not_found(running: Running, scene: str) -> None:
     response = post(running, scene=scene)
