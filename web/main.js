@@ -127,6 +127,7 @@ const flight = new Flight({
 const film = new FilmSection(api, {
   view: here,
   go: visit,
+  tell: (words) => notice.tell(words),
   fly: (way) => (way ? flight.start(way) : flight.stop()),
   wanted: () => ({ ...session.wanted, edits: mixer.ownEdits }),
 });

@@ -99,8 +99,8 @@ def test_a_page_that_is_loaded_again_goes_on_telling_of_its_film(page: Page, sta
     page.get_by_role("button", name="Render film").click()
     expect(page.locator("#film-state")).to_contain_text("of 1800")
     stage.reload()
+    expect(page.locator("#toast")).to_have_text("Your film is being rendered; see Bookmarks (B)")
     page.keyboard.press("KeyB")
-    page.locator("#film summary").click()
     expect(page.locator("#film-state")).to_contain_text("of 1800")
     page.get_by_role("button", name="Cancel", exact=True).click()
     expect(page.locator("#film-job")).to_be_hidden()
@@ -116,8 +116,8 @@ def test_the_server_renders_the_film_or_says_why_not(page: Page, stage: Stage, c
     page.get_by_role("button", name="Render film").click()
     expect(page.locator("#film-state")).to_have_text("The film is ready", timeout=60_000)
     stage.reload()  # the browser remembers what it ordered
+    expect(page.locator("#toast")).to_have_text("The film is ready; see Bookmarks (B)")
     page.keyboard.press("KeyB")
-    page.locator("#film summary").click()
     expect(page.locator("#film-state")).to_have_text("The film is ready")
     with page.expect_download() as saving:
         page.get_by_role("link", name="Download film").click()

@@ -16,6 +16,8 @@ const ORDERED = "film ordered";
 export class FilmOrder {
   #api;
   #order;
+  #tell;
+  #section = byId("film", HTMLDetailsElement);
   #form = byId("film-render", HTMLFormElement);
   #size = byId("film-size", HTMLSelectElement);
   #fps = byId("film-fps", HTMLSelectElement);
@@ -34,9 +36,13 @@ export class FilmOrder {
   /** What goes on. @type {{job: JobInfo, name: string, ignore: () => void} | null} */
   #current = null;
 
-  /** @param {URL} api @param {() => Order | null} order  what of the scene is to be rendered now, if there is a film */
-  constructor(api, order) {
+  /**
+   * @param {URL} api @param {() => Order | null} order  what of the scene is to be rendered now, if there is a film
+   * @param {(words: string) => void} tell  says what the section cannot while it is closed
+   */
+  constructor(api, order, tell) {
     this.#api = api;
+    this.#tell = tell;
     this.#order = order;
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -83,8 +89,15 @@ export class FilmOrder {
     const job = await findFilm(this.#api, url).catch(() => undefined);
     if (this.#busy || job === undefined) return; // it may say more when the page is loaded again
     if (!job) return void save(ORDERED, null);
+    this.#section.open = true; // where its sheet is opened
     this.#work(true);
     this.#watch(job, name);
+    if (this.#current) this.#tellClosed("Your film is being rendered");
+  }
+
+  /** @param {string} words what anyone is told who does not see the section */
+  #tellClosed(words) {
+    if (!this.#box.checkVisibility()) this.#tell(`${words}; see Bookmarks (B)`);
   }
 
   /** @param {JobInfo} job @param {string} name */
@@ -104,13 +117,17 @@ export class FilmOrder {
     this.#progress.value = progress;
     const picture = Math.min(Math.floor(progress * pictures) + 1, pictures);
     this.#state.textContent = state === "queued" ? "Waits for its turn" : `Picture ${picture} of ${pictures}`;
-    if (state === "failed") return this.#forget(error);
+    if (state === "failed") {
+      this.#tellClosed("Your film could not be rendered");
+      return this.#forget(error);
+    }
     if (state === "cancelled") return this.#forget("");
     if (state !== "done") return;
     Object.assign(this.#result, { href: resultOf(job), download: `${this.#current.name}.mp4`, hidden: false });
     this.#current = null;
     this.#state.textContent = "The film is ready";
     this.#progress.hidden = this.#cancel.hidden = true;
+    this.#tellClosed("The film is ready");
     this.#work(false);
   }
 

@@ -16,6 +16,7 @@ import { download } from "./share.js";
  * @property {() => View} view  of now
  * @property {(view: View, name: string) => void} go
  * @property {(way: import("../viewer/camera-path.js").CameraPath | null) => void} fly  along it, or no more
+ * @property {(words: string) => void} tell  of one that is rendered, while its section is closed
  * @property {() => {scene_options?: unknown, edits?: unknown, settings?: Readonly<Record<string, unknown>>}} wanted  of the session
  */
 
@@ -36,7 +37,7 @@ export class FilmSection {
   /** @param {URL} api @param {FilmEvents} events */
   constructor(api, events) {
     this.#events = events;
-    this.#order = new FilmOrder(api, () => this.#wanted());
+    this.#order = new FilmOrder(api, () => this.#wanted(), events.tell);
     button("film-add").addEventListener("click", () => this.#add([{ name: `View ${this.#stops.length + 1}`, view: events.view() }]));
     button("film-add-bookmarks").addEventListener("click", () => this.#add(bookmarksOf(this.#scene?.id ?? "")));
     this.#play.addEventListener("click", () => events.fly(this.#flies ? null : wayOf(this.#stops)));

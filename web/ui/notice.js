@@ -5,7 +5,7 @@ import { button, byId, text } from "./page.js";
 /** @typedef {{title: string, detail?: string, fraction?: number | null, retry?: boolean}} Words  fraction null: unknown */
 
 const TOAST_SECONDS = 2;
-const PROBLEM_SECONDS = 8;
+const LONG_SECONDS = 8;
 
 export class Notice {
   #box = text("notice");
@@ -42,9 +42,14 @@ export class Notice {
     this.#pop(words, false, TOAST_SECONDS);
   }
 
+  /** Says what nobody has asked for just now, long enough to read. @param {string} words */
+  tell(words) {
+    this.#pop(words, false, LONG_SECONDS);
+  }
+
   /** Says what went wrong, long enough to read. @param {string} words */
   complain(words) {
-    this.#pop(words, true, PROBLEM_SECONDS);
+    this.#pop(words, true, LONG_SECONDS);
   }
 
   /** @param {string} words @param {boolean} problem @param {number} seconds */

@@ -29,10 +29,7 @@ def test_messages_are_typed() -> None:
         ('{"type": "hello", "protocol": 1, "size": [8, 8]}', "hello.protocol"),
         ('{"type": "hello", "protocol": 2, "size": [0, 8]}', "hello.size.0"),
         ('{"type": "settings", "id": 1, "settings": {"vpls": -1}}', "settings.settings.vpls"),
-        (
-            '{"type": "settings", "id": 1, "settings": {"exposure": NaN}}',
-            "exposure: .* finite .*above 0 and",
-        ),
+        ('{"type": "settings", "id": 1, "settings": {"exposure": NaN}}', "exposure: .* finite .*above 0 and"),
         (json.dumps({"type": "pose", "id": 1, "matrix": IDENTITY, "yfov": math.nan}), "pose.yfov: must be a finite"),
     ],
 )
