@@ -14,9 +14,9 @@ from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.even_light import even_reflectance, over_even, spread_reflectance
+from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, over_even, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
@@ -141,6 +141,9 @@ def compensating_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, pi
         surface = surface_at(scene, hit, direction)
         surface.normal = surface.geometric_normal
         view = -direction
+        area = wider * bound_area(paths.bounds, surface.position, surface.normal)
+        if is_translucent(surface):
+            surface = matt_side(surface, view, 1.0, sobol_pair(paths.sample, SIDE_PAIR + bounce, seed).x)
         reflectance = even_reflectance(surface, view)
         if paths.lobes.count > 0 and sends_by_lobe(surface):
             surface.roughness = wp.max(surface.roughness, LEAST_ROUGHNESS)
@@ -149,7 +152,6 @@ def compensating_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, pi
             surface.diffuse = spread_reflectance(surface, view, 1.0)
             surface.f90 = 0.0
             surface.sheen = wp.vec3(0.0, 0.0, 0.0)
-        area = wider * bound_area(paths.bounds, surface.position, surface.normal)
         share = area / (PI * hit.t * hit.t + area)
         throughput = throughput * share
         light += wp.cw_mul(throughput, delta_light(scene, table, surface, view))

@@ -18,19 +18,31 @@ from gpu.device_scene.bsdf import (
 )
 from gpu.device_scene.surface import Surface
 
+# Sequences of samples by which sides of what is translucent are chosen, one a vertex: beside all others.
+SIDE_PAIR = wp.constant(512)
 # Of even light, by which is divided.
 LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
 
 
 @wp.func
-def even_diffuse(surface: Surface) -> wp.vec3:
-    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one.
-
-    Of the light that comes evenly, facets keep what they reflect, 0.0037 of it by f90, in the mean over views.
+def left_evenly(surface: Surface) -> wp.vec3:
+    """What facets leave of the light that comes evenly: they keep what they reflect, 0.0037 of it by f90, in the mean
+    over views.
     """
     grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
-    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.0037
-    return wp.cw_mul(all_diffuse(surface), matt)
+    return wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.0037
+
+
+@wp.func
+def even_diffuse(surface: Surface) -> wp.vec3:
+    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one."""
+    return wp.cw_mul(all_diffuse(surface), left_evenly(surface))
+
+
+@wp.func
+def even_through(surface: Surface) -> wp.vec3:
+    """The part of `even_reflectance` that is of light from behind."""
+    return wp.cw_mul(surface.through, left_evenly(surface))
 
 
 @wp.func
@@ -109,3 +121,37 @@ def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.ve
     if share == 0.0:
         return even
     return even - (even - even_matt(surface, view)) * share
+
+
+@wp.func
+def turned(surface: Surface) -> Surface:
+    """The other side of a translucent surface, as matt as light goes through."""
+    other = Surface()
+    other.position = surface.position
+    other.geometric_normal = -surface.geometric_normal
+    other.normal = -surface.normal
+    other.diffuse = even_through(surface)
+    other.albedo = other.diffuse
+    other.roughness = 1.0
+    return other
+
+
+@wp.func
+def matt_side(surface: Surface, view: wp.vec3, focused: float, choice: float) -> Surface:
+    """The side from which a translucent surface sends light on, or is lit, where it is taken to be matt: by `choice`,
+    uniform in [0, 1), of both by how much light they send to unit `view`, or from there. The less often a side is
+    chosen, the more it reflects.
+
+    focused: as of `spread_reflectance`.
+    """
+    other = turned(surface)
+    front = spread_reflectance(surface, view, focused) - other.diffuse
+    share = largest(other.diffuse) / (largest(other.diffuse) + largest(front))
+    side = other
+    side.diffuse = other.diffuse / share
+    if choice >= share:
+        side.geometric_normal = surface.geometric_normal
+        side.diffuse = front / (1.0 - share)
+    side.normal = side.geometric_normal
+    side.albedo = side.diffuse
+    return side

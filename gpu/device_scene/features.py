@@ -72,6 +72,11 @@ class SceneFeatures:
         """Whether cameras see past surfaces, of which they show something, too."""
         return self.specular or self.blend
 
+    @property
+    def reads_light(self) -> bool:
+        """Whether rays end in the light that VPLs know."""
+        return self.lobes or self.see_through or self.translucent
+
 
 EVERYTHING = SceneFeatures()
 

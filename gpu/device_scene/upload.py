@@ -477,20 +477,19 @@ class DeviceScene:
         self._tree_facts = {one: facts for one, facts in self._tree_facts.items() if one != _BOTH}
         return self._tree(0, self.data.opaque_count + self.data.pane_count)
 
-    def view(self, *, lambertian: bool, assume_alpha: bool = False, translucent: bool = False) -> SceneData:
+    def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
         Then surfaces, panes too, are opaque and Lambertian with their geometric normals, without alpha or normal maps,
         and cameras see both sides of all.
-        assume_alpha: rays look for masks even where there are none; translucent: what lets light through is not taken
-        to be opaque.
+        assume_alpha: rays look for masks even where there are none.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
         data.one_sided = data.one_sided and not lambertian
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         data.blended, data.sheer = data.blended and not lambertian, data.sheer and not lambertian
-        data.translucent = data.translucent and translucent and not lambertian
+        data.translucent = data.translucent and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha

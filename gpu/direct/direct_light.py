@@ -180,9 +180,12 @@ def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
 @wp.func
 def demodulation(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     """What soft light is divided by while it is smoothed, so that textures stay sharp (C. Schied et al. 2017): how much
-    an SP reflects by both lobes.
+    an SP scatters by both lobes.
     """
-    return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
+    reflected = gbuffer.diffuse[pixel] + gbuffer.f0[pixel]
+    if gbuffer.translucent:
+        reflected += gbuffer.through[pixel]
+    return wp.max(reflected, wp.vec3(0.01, 0.01, 0.01))
 
 
 @wp.struct
@@ -224,7 +227,8 @@ def count_of(samples: DirectSamples, pixel: int) -> int:
 @made_for(*LOOK, "gloss", "backdrop", "panes", "environment")
 def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
     """The kernel for scenes of these `features`; learnt: samples have a selection."""
-    specialise, surface_of_pixel = specialisation(features), surface_reader(sheen=features.sheen, grain=features.grain)
+    specialise = specialisation(features)
+    surface_of_pixel = surface_reader(sheen=features.sheen, grain=features.grain, translucent=features.translucent)
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=RAY_REGISTERS)

@@ -14,6 +14,7 @@ from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance
@@ -150,7 +151,12 @@ def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
         normal = gbuffer.geometric_normal[pixel]
         value = (wp.uint32(index) << IN_BIN) + (pick.a >> wp.uint32(BIN_BITS))
         sample = sample_light(scene, table, table.sampled, position, value, point)
-        sent = brightness(sample.irradiance) * wp.max(wp.dot(gbuffer.normal[pixel], sample.direction), 0.0)
+        cosine = wp.dot(gbuffer.normal[pixel], sample.direction)
+        if gbuffer.translucent:
+            behind = cosine < 0.0 and largest(gbuffer.through[pixel]) > 0.0
+            cosine = wp.where(behind, -cosine, cosine)
+            normal = wp.where(behind, -normal, normal)
+        sent = brightness(sample.irradiance) * wp.max(cosine, 0.0)
         arrived = float(0.0)
         if sent > 0.0 and wp.isfinite(sent) and wp.dot(normal, sample.direction) > 0.0:
             arrived = sent * brightness(transmittance(scene, position, normal, sample.point, sample.normal))

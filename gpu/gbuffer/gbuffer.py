@@ -11,12 +11,13 @@ from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import is_followed, left_by_veil, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.even_light import even_matt, even_reflectance
+from gpu.device_scene.even_light import LEAST_REFLECTED, even_matt, even_reflectance, even_through
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.scattering import coat_share
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
+from gpu.gbuffer.drawn_side import drawn_side
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
 
 
@@ -29,18 +30,20 @@ class GBuffer:
     pixel there; albedo: its gpu.device_scene.even_light.even_reflectance, where `traces_gloss` without what rays of its
     specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
     roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera,
-    where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, grain: as of Surface, one
-    element in scenes without;
-    emitted: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs
-    are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem
-    to be, as far along the pixel's ray as light has come. gloss, grained: whether there may be narrow specular
-    lobes, and a grain.
+    where `traces_gloss` without what a clear coat reflects; sheen: its colour and roughness, grain, through: as of
+    Surface, one element in scenes without; where chains are drawn, an SP is on one side of what is translucent,
+    `to_camera` is mirrored to there, and `through` is zero (gpu.gbuffer.drawn_side); emitted: radiance that reaches the
+    camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs are seen in mirrors and through
+    glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem to be, as far along the pixel's
+    ray as light has come. gloss, grained, translucent: whether there may be narrow specular lobes, a grain, and
+    `through`.
     """
 
     chains: bool
     gloss: bool
     traces_gloss: bool
     grained: bool
+    translucent: bool
     face: wp.array[int]
     position: wp.array[wp.vec3]
     geometric_normal: wp.array[wp.vec3]
@@ -54,6 +57,7 @@ class GBuffer:
     roughness: wp.array[float]
     sheen: wp.array[wp.vec4]
     grain: wp.array[wp.vec3]
+    through: wp.array[wp.vec3]
     throughput: wp.array[wp.vec3]
     emitted: wp.array[wp.vec3]
     apparent: wp.array[wp.vec3]
@@ -71,6 +75,9 @@ def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *,
     gbuffer.grained = features.grain
     if not features.grain:
         gbuffer.grain = wp.zeros(1, dtype=wp.vec3, device=device)
+    gbuffer.translucent = features.translucent
+    if not features.translucent:
+        gbuffer.through = wp.zeros(1, dtype=wp.vec3, device=device)
     return gbuffer
 
 
@@ -97,16 +104,19 @@ def surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
     surface.roughness = gbuffer.roughness[pixel]
     if gbuffer.grained:
         surface.grain = gbuffer.grain[pixel]
+    if gbuffer.translucent:
+        surface.through = gbuffer.through[pixel]
     return surface
 
 
 @cache
-def surface_reader(*, sheen: bool, grain: bool) -> wp.Function:
+def surface_reader(*, sheen: bool, grain: bool, translucent: bool) -> wp.Function:
     """`surface_of` for scenes that have these or not."""
 
     @wp.func
     def surface_of_pixel(gbuffer: GBuffer, pixel: int) -> Surface:
         gbuffer.grained = wp.static(grain)
+        gbuffer.translucent = wp.static(translucent)
         surface = surface_of(gbuffer, pixel)
         if wp.static(sheen):
             fibres = gbuffer.sheen[pixel]
@@ -115,6 +125,15 @@ def surface_reader(*, sheen: bool, grain: bool) -> wp.Function:
         return surface
 
     return surface_of_pixel
+
+
+@wp.func
+def behind_share(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """The share of what an SP reflects by its albedo that is of light from behind."""
+    if not gbuffer.translucent:
+        return wp.vec3(0.0, 0.0, 0.0)
+    through = even_through(surface_of(gbuffer, pixel))
+    return wp.cw_div(through, wp.max(gbuffer.albedo[pixel], LEAST_REFLECTED))
 
 
 @wp.func
@@ -141,6 +160,7 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     specialise, frosted, coats, fibrous, films, grained = (
         specialisation(features), features.frosted, features.coats, features.sheen, features.films, features.grain
     )  # fmt: skip
+    translucent = features.translucent
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
@@ -160,6 +180,8 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
             scene.specular = True
         samples.lobes = wp.static(lobes is Lobes.FOLLOWED)
         end = seen_end(scene, ray, pixel, image, samples, False)
+        if wp.static(translucent) and samples.frame_index[0] >= 0:
+            end = drawn_side(end, samples, pixel, image)
         out.face[pixel] = end.face
         out.to_camera[pixel] = end.to_viewer
         out.throughput[pixel] = end.throughput
@@ -187,10 +209,15 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
             # Of what is no glass the lobes count as even.
             matt = even_reflectance(surface, end.to_viewer) * (1.0 - surface.glass)
             even = wp.where(surface.glass > 0.0, matt, even)
+            if wp.static(translucent):
+                surface.through = surface.through * (1.0 - surface.glass)
+                matt -= surface.through
             surface.diffuse = wp.where(surface.glass > 0.0, matt, surface.diffuse)
             surface.f90 = wp.where(surface.glass > 0.0, 0.0, surface.f90)
         if wp.static(films):
-            surface.diffuse = wp.cw_mul(surface.diffuse, left_by_veil(surface, end.to_viewer))
+            left = left_by_veil(surface, end.to_viewer)
+            surface.diffuse = wp.cw_mul(surface.diffuse, left)
+            surface.through = wp.cw_mul(surface.through, left)
         out.albedo[pixel] = even
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
@@ -201,6 +228,8 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
             out.sheen[pixel] = wp.vec4(sheen[0], sheen[1], sheen[2], surface.sheen_roughness)
         if wp.static(grained):
             out.grain[pixel] = surface.grain
+        if wp.static(translucent):
+            out.through[pixel] = surface.through
 
     return primary_ray_kernel
 

@@ -11,10 +11,11 @@ from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize
 from gpu.core.intrinsics import lanes_of, vector_sum
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.gbuffer import GBuffer, behind_share, reflectance
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import SparseShadingParameters, interpolated_irradiance, is_edge_between
 from gpu.lights.caustic_map import CausticLight
@@ -53,12 +54,13 @@ def caustic_irradiance(scene: SceneData, lit: CausticLight, position: wp.vec3, n
 @made_for(*LOOK)
 def caustic_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise = specialisation(features)
+    specialise, translucent = specialisation(features), features.translucent
 
     @wp.kernel(module="unique")
     def caustic_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int],
                        lit: CausticLight, lanes: int, found: wp.array[wp.vec3]) -> None:  # fmt: skip
-        """`lanes` threads a listed pixel: its irradiance by caustics [W/m²] into found (pixel,).
+        """`lanes` threads a listed pixel: its irradiance by caustics [W/m²] into found (pixel,), of both sides
+        as far as it reflects that of either by its albedo.
 
         pixels (place,): those that are listed, of which count (1,) says how many there are.
         """
@@ -69,7 +71,13 @@ def caustic_kernel(features: SceneFeatures) -> wp.Kernel:
             return
         pixel = pixels[place]
         position, normal = gbuffer.position[pixel], gbuffer.geometric_normal[pixel]
-        light = caustic_irradiance(specialise(scene), lit, position, normal, lane, lanes)
+        scene = specialise(scene)
+        light = caustic_irradiance(scene, lit, position, normal, lane, lanes)
+        if wp.static(translucent):
+            behind = behind_share(gbuffer, pixel)
+            if largest(behind) > 0.0:
+                other = caustic_irradiance(scene, lit, position, -normal, lane, lanes)
+                light += wp.cw_mul(behind, other - light)
         if lane == 0:
             found[pixel] = light
 

@@ -86,7 +86,8 @@ def fill_gloss_kernel(first: int, image: ImageSize, found: LobeLight) -> None:
 @made_for(*LOOK, "panes", "glass", "one_sided", "backdrop", "environment")
 def glossy_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise, surface_of_pixel = specialisation(features), surface_reader(sheen=False, grain=features.grain)
+    specialise = specialisation(features)
+    surface_of_pixel = surface_reader(sheen=False, grain=features.grain, translucent=False)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=LOBE_REGISTERS)
     def glossy_ray_kernel(

@@ -11,7 +11,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
-from gpu.device_scene.bsdf import largest, traced_share
+from gpu.device_scene.bsdf import all_diffuse, largest, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.glass import attenuated
@@ -160,7 +160,7 @@ def sends_on(part: Surface) -> bool:
     """Whether what the chosen part of a surface shows is sharp enough to be seen in lobes."""
     if part.glass > 0.0 or part.mirror:
         return True
-    return largest(part.diffuse) == 0.0 and traced_share(part.roughness, part.f90) > 0.0
+    return largest(all_diffuse(part)) == 0.0 and traced_share(part.roughness, part.f90) > 0.0
 
 
 @wp.func

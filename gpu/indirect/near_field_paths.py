@@ -22,7 +22,7 @@ from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.vpl.radiosity_cache import RadiosityCache, vpl_around
 from gpu.vpl.radiosity_reach import is_apart_of
-from gpu.vpl.vpl_reflectance import reflectance_at
+from gpu.vpl.vpl_reflectance import reflectance_at, reflectance_of_side
 
 # Of the sample sequences of a frame's seed, those that nothing else takes.
 CHANCE_PAIR, PICK_PAIR, PLACE_PAIR, RAY_PAIR = (wp.constant(pair) for pair in range(65, 69))
@@ -84,6 +84,9 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
         normal = paths.normal[sp]
         total = wp.vec3(0.0, 0.0, 0.0)
         surface = reflectance_at(scene, position, normal)
+        if scene.translucent and largest(surface.through) > 0.0:
+            surface = reflectance_of_side(surface, sobol_pair(sp, CHANCE_PAIR, seed).y)
+            normal = wp.where(largest(surface.through) > 0.0, -normal, normal)
         pick = sobol_pair(sp, PICK_PAIR, seed)
         place = sobol_pair(sp, PLACE_PAIR, seed)
         sample = sample_light(scene, table, table.all_emitters, position, pick.a, place)

@@ -16,9 +16,9 @@ import warp as wp
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import RAY_REGISTERS
 from gpu.core.parameters import parameters
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.even_light import even_reflectance, spread_reflectance
+from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import transmittance
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -110,6 +110,8 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
         seed = pixel_seed(index // rays, seeds[0])
         direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
         surface = surface_at(scene, ends.hits[index], direction)
+        if is_translucent(surface):
+            surface = matt_side(surface, -direction, 1.0, sobol_pair(number, SIDE_PAIR, seed).x)
         throughput = even_reflectance(surface, -direction) / PI
         # Of light from emitters: caustics have the rest.
         spread = spread_reflectance(surface, -direction, 1.0) / PI
@@ -133,15 +135,18 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
             if hit.face == NO_HIT or vertex + 1 == vertices:
                 break
             surface = surface_at(scene, hit, direction)
-            spread = wp.cw_mul(throughput, spread_reflectance(surface, -direction, 1.0))
-            throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
             if vertex >= part.begin:
                 estimate = lookup(lit, surface.position, surface.geometric_normal)
                 if estimate.known:
-                    light += wp.cw_mul(throughput, estimate.earlier)
+                    reflected = wp.cw_mul(throughput, even_reflectance(surface, -direction))
+                    light += wp.cw_mul(reflected, estimate.earlier)
                     break
                 if vertex + 1 == part.end:
                     ends.unknown[index] = 1
+            if is_translucent(surface):
+                surface = matt_side(surface, -direction, 1.0, sobol_pair(number, SIDE_PAIR + 1 + vertex, seed).x)
+            spread = wp.cw_mul(throughput, spread_reflectance(surface, -direction, 1.0))
+            throughput = wp.cw_mul(throughput, even_reflectance(surface, -direction))
         radiance[index] = light
 
     return onward_kernel

@@ -199,6 +199,7 @@ def caustic_path_kernel(features: SceneFeatures) -> wp.Kernel:
                 scattered = scattered or not is_perfect(part)
                 if not is_perfect(part):
                     part.diffuse = wp.vec3(0.0, 0.0, 0.0)
+                    part.through = wp.vec3(0.0, 0.0, 0.0)
                     flux = flux * focus_of(part)
             flight = sent_on(part, to_light, flux, absorption, chosen.rest, facet.x, facet.y)
             absorption = flight.absorption

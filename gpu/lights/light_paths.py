@@ -11,9 +11,16 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.staging_buffer import StagingBuffer
-from gpu.device_scene.bsdf import BSDF_PARAMETERS, is_grained, largest, sample_lobe
+from gpu.device_scene.bsdf import BSDF_PARAMETERS, is_grained, is_translucent, largest, sample_lobe
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.even_light import LEAST_REFLECTED, even_matt, even_reflectance, spread_reflectance
+from gpu.device_scene.even_light import (
+    LEAST_REFLECTED,
+    SIDE_PAIR,
+    even_matt,
+    even_reflectance,
+    matt_side,
+    spread_reflectance,
+)
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -68,7 +75,7 @@ class WayOn:
 @wp.func
 def way_on(surface: Surface, to_light: wp.vec3, even: wp.vec3, pick: float, x: float, y: float) -> WayOn:
     """That of light from unit `to_light`: by the specular lobe of a surface, or evenly, as it reflects `even` of even
-    light; pick, x, y: uniform in [0, 1).
+    light, by the side that it faces; pick, x, y: uniform in [0, 1).
     """
     way = WayOn()
     surface.normal = surface.geometric_normal
@@ -118,7 +125,8 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal. Light goes
         on from mirrors and clear glass that emitters light; what other surfaces send finds these matt, or not there.
         Of frosted glass, a face reflects or lets through; what it does is sent to that side as from a matt surface.
-        What lobes send on as caustics, no VPL sends.
+        What lobes send on as caustics, no VPL sends. Of what is translucent, one side sends; photons have what would
+        send as much from both sides.
         """
         path = first + wp.tid()
         scene = specialise(scene)
@@ -182,18 +190,24 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
                     if crosses:
                         absorption = surface.absorption
                     continue
+            whole = even_reflectance(surface, -direction)
+            reflectance = whole
+            arrives = flux
+            if is_translucent(surface):
+                surface = matt_side(surface, -direction, focused, sobol_pair(path, SIDE_PAIR + bounce, seed).x)
+                reflectance = surface.diffuse
+                arrives = wp.cw_div(wp.cw_mul(flux, reflectance), wp.max(whole, LEAST_REFLECTED))
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.to_light[slot] = -direction
             out.bounce[slot] = bounce
             out.light[slot] = particle.light
             if wp.static(arriving):
-                out.flux[slot] = flux
-            reflectance = even_reflectance(surface, -direction)
+                out.flux[slot] = arrives
             if wp.static(lobes):
                 sent = wp.cw_mul(flux, spread_reflectance(surface, -direction, focused))
                 if wp.static(arriving):
-                    sent = wp.cw_div(sent, wp.max(reflectance, LEAST_REFLECTED))
+                    sent = wp.cw_div(sent, wp.max(whole, LEAST_REFLECTED))
                 out.flux[slot] = sent
                 focused = 0.0
             if wp.static(not arriving and not lobes):

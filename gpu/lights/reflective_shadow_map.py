@@ -12,9 +12,9 @@ import warp as wp
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.morton import pixel_of_morton_2d
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.even_light import spread_reflectance
+from gpu.device_scene.even_light import SIDE_PAIR, matt_side, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.sides import ray_coverage
@@ -116,6 +116,8 @@ def shadow_map_kernel(features: SceneFeatures) -> wp.Kernel:
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
+        if is_translucent(surface):
+            surface = matt_side(surface, -direction, 1.0, sobol_pair(pixel, SIDE_PAIR, seed).x)
         share = float(width) * TO_UNIT / float(rays)
         out.position[pixel] = surface.position
         out.normal[pixel] = surface.geometric_normal

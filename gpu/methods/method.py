@@ -85,7 +85,7 @@ class RenderMethod(ABC, Generic[View]):
         chains = has.see_through or (has.lobes and cls.gloss_pixel_bytes > 0)
         shared = cls.pixel_bytes + cls.specular_pixel_bytes * chains + cls.gloss_pixel_bytes * has.lobes
         shared += cls.lamps_pixel_bytes * has.lamps + cls.caustic_pixel_bytes * has.caustics
-        shared += cls.branches_pixel_bytes * has.see_through + 16 * has.sheen + 12 * has.grain
+        shared += cls.branches_pixel_bytes * has.see_through + 16 * has.sheen + 12 * (has.grain + has.translucent)
         view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.lobes
         return shared, cls.view_pixel_bytes + view
 

@@ -18,6 +18,7 @@ from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.clear_coat import add_clear_coat
 from gpu.indirect.glossy_reflection import GlossyReflection
+from gpu.indirect.light_behind import join_sides, trace_behind
 from gpu.indirect.lobe_light import KnownLight, known_light
 from gpu.indirect.near_field import NearField
 from gpu.indirect.other_branch import OtherBranch
@@ -241,7 +242,8 @@ class Passes:
 
     def begin_near(self, points: ShadingPoints, vpls: VplClusters, cache: RadiosityCache, kind: FrameKind,
                    stages: Stages, history: IndirectHistory | None = None) -> None:  # fmt: skip
-        """Begin to find by the `cache` what `vpls` lack near field; these rays need no stage but the first.
+        """Begin to find by the `cache` what `vpls` lack near field, and light from behind; these rays need no stage but
+        the first.
 
         Where light is shared, what earlier frames of a walk found joins in.
         """
@@ -250,6 +252,9 @@ class Passes:
 
         def rays() -> None:
             near.trace(frame.scene, frame.gbuffer, points, vpls, cache, frame.seed, frames)
+            if frame.features.translucent:
+                known = self._known(cache)
+                trace_behind(frame.scene, frame.gbuffer, points, known, frame.seed, near.light, frame.features)
             if history and kind.denoise:
                 history.take_near(points, near.light)
 
@@ -326,7 +331,10 @@ class Passes:
         frame, irradiance = self._frame, self._frame.indirect.irradiance
 
         def add_near() -> None:
-            points.add(self.near_field.light, irradiance)
+            if frame.features.translucent:
+                join_sides(frame.gbuffer, points, self.near_field.light, irradiance)
+            else:
+                points.add(self.near_field.light, irradiance)
 
         def reflect() -> None:
             points.reflect(frame.gbuffer, irradiance, frame.brightness.value, view.radiance)

@@ -23,7 +23,7 @@ class PathTracing(RenderMethod[ViewState]):
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._table = setup, setup.light_sets.table
         lambertian = setup.settings.lambertian
-        self._scene = setup.device_scene.view(lambertian=lambertian, translucent=True)
+        self._scene = setup.device_scene.view(lambertian=lambertian)
         self._features = setup.device_scene.features(lambertian=lambertian)
         setup.progress("path tracing needs no virtual point lights", 1.0)
 

@@ -65,7 +65,7 @@ class RsmLights(ClusteredLights):
         if setup.settings.light_shape is LightShape.POLYGONS:
             self._polygons = allocate_polygons(self.vpls, device)
         has = self._frame.features
-        lobes = has if has.lobes or has.see_through else None
+        lobes = has if has.reads_light else None
         self._radiosity = RadiosityBuilder(self.vpls, device, lobes=lobes) if self.has_near else None
         self.cache = self._radiosity.cache if self._radiosity else None
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -105,7 +106,7 @@ class Material:
     ior: float = 1.5
     thickness: float = 0.0
     attenuation_color: Rgb = (1.0, 1.0, 1.0)
-    attenuation_distance: float = float("inf")
+    attenuation_distance: float = inf
     specular: float = 1.0
     specular_color: Rgb = (1.0, 1.0, 1.0)
     specular_slot: TextureSlot | None = None
@@ -166,6 +167,11 @@ class Material:
         """Whether its surfaces scatter light to their other side."""
         lets_through = self.diffuse_transmission > 0.0 and max(self.diffuse_transmission_color) > 0.0
         return lets_through and not self.unlit
+
+    @property
+    def absorbs(self) -> bool:
+        """Whether light that goes through it loses something on its way."""
+        return self.thickness > 0.0 and self.attenuation_distance < inf and min(self.attenuation_color) < 1.0
 
     @property
     def grain_set(self) -> int:

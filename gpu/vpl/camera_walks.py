@@ -8,7 +8,9 @@ import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
+from gpu.device_scene.bsdf import is_translucent
 from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.even_light import SIDE_PAIR, matt_side
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
@@ -42,6 +44,8 @@ def camera_walk_kernel(first: int, scene: SceneData, cameras: wp.array[CameraDat
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
+        if is_translucent(surface):
+            surface = matt_side(surface, -direction, 0.0, sobol_pair(walk, SIDE_PAIR + vertex, 0).x)
         visited = WalkVertex()
         visited.position = surface.position
         visited.normal = surface.geometric_normal

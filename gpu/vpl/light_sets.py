@@ -185,7 +185,7 @@ class LightSets:
             choice, device_scene = light_set.choice, self._device_scene
             features = device_scene.features(lambertian=choice.lambertian)
             with self._making():
-                lobes = features if features.lobes or features.see_through else None
+                lobes = features if features.reads_light else None
                 light_set.add_radiosity(self._view(choice), lobes)
         return light_set.cache
 

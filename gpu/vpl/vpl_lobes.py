@@ -6,7 +6,7 @@ Clusters, and all that is read from how densely VPLs lie, take what a surface re
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.device_scene.bsdf import is_fibrous, is_grained
+from gpu.device_scene.bsdf import is_fibrous, is_grained, is_translucent
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.even_light import even_reflectance, focused_share, over_even
 from gpu.device_scene.features import SceneFeatures
@@ -35,10 +35,11 @@ class VplLobes:
 
 @wp.func
 def sends_by_lobe(surface: Surface) -> bool:
-    """Whether VPLs on a surface send by its lobe: not glass, nor below fibres or films, with a grain, or what casts
-    caustics.
+    """Whether VPLs on a surface send by its lobe: not glass or what is translucent, nor below fibres or films,
+    with a grain, or what casts caustics.
     """
     rare = surface.glass > 0.0 or surface.film > 0.0 or is_fibrous(surface) or is_grained(surface)
+    rare = rare or is_translucent(surface)
     return surface.f90 > 0.0 and not rare and focused_share(surface) == 0.0
 
 

@@ -3,8 +3,9 @@
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
-from gpu.device_scene.even_light import even_reflectance, spread_reflectance
+from gpu.device_scene.even_light import even_reflectance, even_through, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, lifted
 from gpu.device_scene.sides import LEAST_SHARE, solid_share
@@ -18,11 +19,12 @@ BELOW = wp.constant(1.0e-4)
 @wp.struct
 class VplReflectance:
     """What the surface at a VPL reflects of even light, without its glass; spread: without what caustics have of light
-    from emitters; share: of the surface that is there.
+    from emitters; through: of both, what is of light from behind; share: of the surface that is there.
     """
 
     even: wp.vec3
     spread: wp.vec3
+    through: wp.vec3
     share: float
 
 
@@ -37,9 +39,30 @@ def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplR
         surface = surface_at(scene, hit, -normal)
         found.even = even_reflectance(surface, normal) * (1.0 - surface.glass)
         found.spread = spread_reflectance(surface, normal, 1.0) * (1.0 - surface.glass)
+        if is_translucent(surface):
+            found.through = even_through(surface) * (1.0 - surface.glass)
         if scene.blended:
             found.share = wp.max(solid_share(scene, hit.face, hit.u, hit.v), LEAST_SHARE)
     return found
+
+
+@wp.func
+def reflectance_of_side(both: VplReflectance, choice: float) -> VplReflectance:
+    """That of the side whose light a point sends on, by `choice`, uniform in [0, 1), where it sends that of `both`: the
+    other one's is all `through`. The less often a side is chosen, the more it reflects.
+    """
+    front = both.even - both.through
+    share = largest(both.through) / (largest(both.through) + largest(front))
+    side = both
+    if choice < share:
+        side.through = both.through / share
+        side.even = side.through
+        side.spread = side.through
+    else:
+        side.even = front / (1.0 - share)
+        side.spread = (both.spread - both.through) / (1.0 - share)
+        side.through = wp.vec3(0.0, 0.0, 0.0)
+    return side
 
 
 @made_for(*LOOK)

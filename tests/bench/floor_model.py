@@ -24,11 +24,8 @@ FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
 VECTOR, NUMBER = 12, 4
 # Without chains, where SPs seem to be is where they are, and most scenes have no sheen.
-_ARRAYS = [
-    variable.type.dtype
-    for name, variable in GBuffer.vars.items()
-    if name not in ("chains", "gloss", "traces_gloss", "grained", "apparent", "sheen", "grain")
-]
+_LEFT_OUT = {"chains", "gloss", "traces_gloss", "grained", "translucent", "apparent", "sheen", "grain", "through"}
+_ARRAYS = [variable.type.dtype for name, variable in GBuffer.vars.items() if name not in _LEFT_OUT]
 GBUFFER = sum(wp.types.type_size_in_bytes(dtype) for dtype in _ARRAYS)
 
 Counts = Mapping[str, float]

@@ -30,6 +30,21 @@ def mirror_room() -> DeviceScene:
     return resident_of([*box(), lamp, mirror], [grey(0.7), grey(0.0, 5.0), polished]).generalised()
 
 
+CURTAIN = Material(
+    base_color=(0.8, 0.8, 0.8, 1.0),
+    diffuse_transmission=0.5,
+    diffuse_transmission_color=(0.9, 0.8, 0.6),
+    double_sided=True,
+)
+
+
+def curtained_room(curtain: Material = CURTAIN) -> DeviceScene:
+    """The same box without its block, parted by a curtain; CAMERA is in one part, the lamp in the other."""
+    lamp = quad((-0.15, 0.49, -0.4), (0.3, 0.0, 0.0), (0.0, 0.0, 0.2), 1)
+    sheet = quad((-0.499, -0.499, -0.1), (0.998, 0.0, 0.0), (0.0, 0.998, 0.0), 2)
+    return resident_of([*box(), lamp, sheet], [grey(0.7), grey(0.0, 5.0), curtain])
+
+
 def long_room() -> tuple[DeviceScene, Camera]:
     """A closed corridor of shiny walls with a small lamp at one end, and a view of the other."""
     corridor = [

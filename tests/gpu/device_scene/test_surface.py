@@ -376,7 +376,7 @@ def through_kernel(first: int, scene: SceneData, side: float, out: wp.array[wp.v
 
 
 def through_of(material: Material, side: float = 1.0, *, lambertian: bool = False) -> Doubles:
-    data = wall(material, textures=[textured((128, 64, 255), alpha=51)]).view(lambertian=lambertian, translucent=True)
+    data = wall(material, textures=[textured((128, 64, 255), alpha=51)]).view(lambertian=lambertian)
     return np.asarray(results(through_kernel, 1, [data, side], wp.vec4, width=2))
 
 

@@ -261,3 +261,17 @@ def test_brushed_metal_has_highlights_along_its_grain() -> None:
         assert np.allclose(picture, expected * SUN.intensity, rtol=0.01)
         seen.append(expected[0])
     assert seen[1] > 3.0 * seen[2]
+
+
+def test_paper_is_lit_from_behind() -> None:
+    """By the sun, and by a lamp, whose light is sampled."""
+    paper = replace(grey(0.8), specular=0.0, diffuse_transmission=0.25, diffuse_transmission_color=(1.0, 0.5, 0.25))
+    through = np.array([0.25, 0.125, 0.0625])
+    below = Camera("spot", look_at((0.0, -0.2, 0.01), (0.0, 0.0, 0.0)).to_world, 0.05, orthographic=True)
+    seen = direct(resident_of([floor()], [paper], lights=[SUN]), below)
+    assert np.allclose(seen, through / np.pi * -SUN.direction[1] * np.array(SUN.intensity), rtol=1e-3)
+    lamp = quad([-0.4, 0.3, -0.4], [0.8, 0.0, 0.0], [0.0, 0.0, 0.8], 1)
+    pictures = [direct(resident_of([floor(), lamp], [paper, grey(0.0, 1.0)]), camera, 64).mean(axis=(0, 1))
+                for camera in (below, Camera("spot", look_at((0.0, 0.2, 0.01), (0.0, 0.0, 0.0)).to_world, 0.05,
+                                             orthographic=True))]  # fmt: skip
+    assert pictures[0] / pictures[1] == pytest.approx(through / 0.6, rel=0.02)

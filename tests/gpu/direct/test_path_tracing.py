@@ -37,7 +37,7 @@ def paths(
     **options: Any,
 ) -> Doubles:
     """The path-traced picture (height, width, 3), its samples traced in `runs`."""
-    scene = device_scene.view(lambertian=options.get("lambertian", False), translucent=True)
+    scene = device_scene.view(lambertian=options.get("lambertian", False))
     mean = wp.full(size[0] * size[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     table, data = build_light_table(device_scene), camera_of(device_scene, camera, size)
     first = 0

@@ -12,7 +12,7 @@ from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material, Sky
 
-FLAGS = {"chains", "gloss", "traces_gloss", "grained"}
+FLAGS = {"chains", "gloss", "traces_gloss", "grained", "translucent"}
 SIZE = (24, 16)
 
 

@@ -17,7 +17,7 @@ from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Camera, Doubles, Material, Sky, Texture, TextureSlot
 
 SIZE = (24, 16)
-FLAGS = {"chains", "gloss", "traces_gloss", "grained"}
+FLAGS = {"chains", "gloss", "traces_gloss", "grained", "translucent"}
 COLOUR = (0.9, 0.6, 0.3)
 MIRROR = Material(base_color=(*COLOUR, 1.0), metallic=1.0, roughness=0.0)
 GLASS = Material(base_color=(*COLOUR, 1.0), transmission=1.0, roughness=0.0, thickness=1.0)
@@ -242,7 +242,7 @@ def test_scenes_without_specular_surfaces_have_no_chains() -> None:
         gbuffer = allocate_gbuffer(SIZE[0] * SIZE[1], device_scene.device, known)
         camera = camera_of(device_scene, SLANTED, SIZE)
         trace_primary_rays(device_scene.data, camera, SIZE, gbuffer, chain_samples(device_scene.device), known)
-        some = {*FLAGS, "apparent", "sheen", "grain"}
+        some = {*FLAGS, "apparent", "sheen", "grain", "through"}
         arrays.append({name: getattr(gbuffer, name) for name in GBuffer.vars if name not in some})
         assert gbuffer.chains == known.specular
         assert (gbuffer.apparent.ptr == gbuffer.position.ptr) == (not known.specular)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -149,3 +151,29 @@ def test_lobes_keep_as_much_light_on_its_way_as_surfaces_reflect(roughness: floa
     # The first light arrives from the bulb, mostly head-on, where lobes reflect least.
     assert sent[3] / sent[2] == pytest.approx(sent[2] / sent[1], rel=0.04)
     assert sent[1] / sent[0] == pytest.approx(sent[2] / sent[1], rel=0.08)
+
+
+@pytest.mark.parametrize("specular", [0.0, 1.0])
+def test_light_goes_on_from_either_side_of_paper(specular: float) -> None:
+    """A sun on a sheet between a ceiling and a floor, both black: VPLs of the sheet carry what it sends to each."""
+    down = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    color = (1.0, 0.5, 0.25)
+    paper = replace(grey(0.8), specular=specular, diffuse_transmission=0.25, diffuse_transmission_color=color)
+    sheet = quad([-0.5, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+    device_scene = resident_of([sheet], [paper], lights=[down])
+    vpls = paths_in(device_scene, 1, paths=4 * PATHS)
+    flux, up = vpls.flux.numpy().astype(np.float64), vpls.normal.numpy()[:, 1] > 0.0
+    matt = 1.0 - 0.04 * specular
+    assert flux[~up].sum(axis=0) == pytest.approx(0.25 * matt * np.array(color), rel=0.02)
+    assert flux[up].sum(axis=0) == pytest.approx(0.6 * matt + 0.01 * specular, rel=0.02)
+    largest = flux.max(axis=1)
+    assert largest.min() == pytest.approx(largest.max(), rel=1e-3)
+
+
+def test_light_that_paper_lets_through_lights_a_floor() -> None:
+    down = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    paper = replace(grey(0.8), specular=0.0, diffuse_transmission=0.5)
+    above, below = (quad([-0.5, y, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], n) for n, y in enumerate((0.0, -0.002)))
+    vpls = paths_in(resident_of([above, below], [paper, grey(0.5)], lights=[down]), 2, paths=4 * PATHS)
+    on_floor = vpls.position.numpy()[:, 1] < 0.0
+    assert vpls.flux.numpy()[on_floor, 0].sum() == pytest.approx(0.25, rel=0.03)

@@ -138,3 +138,13 @@ def test_a_sun_s_map_looks_closer_where_its_light_matters_and_loses_none() -> No
     ]
     # Neighbours are a quarter as far apart, still as neighbours are.
     assert np.median(apart[1]) < 0.5 * np.median(apart[0])
+
+
+def test_paper_sends_to_both_sides() -> None:
+    color = (1.0, 0.5, 0.25)
+    paper = replace(grey(0.8), specular=0.0, diffuse_transmission=0.25, diffuse_transmission_color=color)
+    _, vpls = mapped(resident_of(box(), [paper], lights=[POINT]))
+    outwards = (vpls.position.numpy() * vpls.normal.numpy()).sum(axis=1) > 0.0
+    flux, sent = vpls.flux.numpy().astype(np.float64), 4.0 * np.pi * np.array(POINT.intensity)
+    assert flux[~outwards].sum(axis=0) == pytest.approx(0.6 * sent, rel=0.04)
+    assert flux[outwards].sum(axis=0) == pytest.approx(0.25 * np.array(color) * sent, rel=0.06)

@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pictures import CAMERA, QUALITY, SIZE, lamp_room, long_room, picture
+from pictures import CAMERA, QUALITY, SIZE, curtained_room, lamp_room, long_room, picture
 from scenes import slats
 
 from gpu.correction.outliers import OutlierParameters, OutlierPoints
@@ -103,3 +103,24 @@ def test_later_frames_have_light_of_walls_that_shine_as_path_tracing_has() -> No
     paths = picture(room, camera, **settings, method=Method.PATH, samples=1024)
     for part in (np.s_[:, :], np.s_[9:27, 16:32]):
         assert later[part].mean() == pytest.approx(paths[part].mean(), rel=0.018)
+
+
+def test_later_frames_show_both_sides_of_a_curtain_as_path_tracing_does() -> None:
+    room, frames = curtained_room(), 36
+    renderers = (
+        Renderer(room, SIZE, RenderSettings(**QUALITY)),
+        Renderer(room, SIZE, RenderSettings(method=Method.PATH, samples=16)),
+    )
+    means = [Accumulation(SIZE[0] * SIZE[1], room.device) for _ in renderers]
+    firsts = [np.zeros((*SIZE[::-1], 3)) for _ in renderers]
+    for number in range(frames):
+        for renderer, mean, first in zip(renderers, means, firsts, strict=True):
+            shown = renderer.render(CAMERA, mean).radiance().astype(np.float64)
+            if number == 3:
+                first[:] = shown
+    weights = 12 / (12 + frames - 4), 4 / frames
+    fuzzy, paths = ((mean.mean.numpy().reshape(*SIZE[::-1], 3) - first * weight) / (1.0 - weight)
+                    for mean, first, weight in zip(means, firsts, weights, strict=True))  # fmt: skip
+    assert fuzzy.mean() == pytest.approx(paths.mean(), rel=0.01)
+    middle = np.s_[9:27, 16:32]
+    assert fuzzy[middle].mean(axis=(0, 1)) == pytest.approx(paths[middle].mean(axis=(0, 1)), rel=0.02)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from pictures import picture
+from pictures import CURTAIN, picture
 from scenes import RARE, box, column, grey, quad, resident_of
 
 from gpu.methods.passes import frame_kind, frame_seed, light_samples
@@ -70,7 +70,7 @@ def test_chains_are_drawn_by_the_seed_of_the_settings(method: Method) -> None:
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
-@pytest.mark.parametrize("material", [*RARE, PANE, VEIL])
+@pytest.mark.parametrize("material", [*RARE, PANE, VEIL, CURTAIN])
 def test_direct_and_indirect_light_of_glass_coats_and_veils_add_up(method: Method, material: Material) -> None:
     """A lamp before and one behind a plate, of which frosted glass shows both, and a coat what it reflects. Of a veil
     direct light is that of its likelier branch.

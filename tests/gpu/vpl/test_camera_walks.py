@@ -39,3 +39,13 @@ def test_walks_end_where_they_leave_the_room() -> None:
     assert going[0] == 1.0
     assert 0.9 > going[1] > going[2] > 0.3
     assert (np.diff(length, axis=1) <= 1e-4).all()
+
+
+@pytest.mark.parametrize(("through", "least", "most"), [(0.0, 0.0, 0.0), (0.5, 0.4, 0.6), (1.0, 1.0, 1.0)])
+def test_walks_go_through_what_is_translucent(through: float, least: float, most: float) -> None:
+    paper = replace(grey(0.8), specular=0.0, diffuse_transmission=through, diffuse_transmission_color=(0.8, 0.8, 0.8))
+    inside = look_at((0.0, 0.0, 0.3), (0.0, 0.0, -0.5))
+    device_scene = DeviceScene(replace(scene_of(box(half=HALF), [paper]), cameras=(inside,)), "cpu")
+    first = walk_from_cameras(device_scene, device_scene.data, WALKS, 1).numpy()[:, 0]
+    outwards = (first["position"] * first["normal"]).sum(axis=1) > 0.0
+    assert least <= outwards.mean() <= most

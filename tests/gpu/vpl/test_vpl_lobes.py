@@ -53,6 +53,7 @@ def test_narrow_lobes_are_widened() -> None:
         Material(metallic=1.0, roughness=0.2),
         Material(roughness=0.5, sheen_color=(0.5, 0.5, 0.5)),
         Material(roughness=0.5, transmission=1.0),
+        Material(roughness=0.5, diffuse_transmission=0.5),
     ],
 )
 def test_without_a_lobe_or_where_caustics_have_it_light_is_even(material: Material) -> None:

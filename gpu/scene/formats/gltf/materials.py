@@ -98,8 +98,8 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
             "lets light through as frosted glass does (KHR_materials_transmission), all of which --method path shows"
         )
         images.buffers.document.notes.add(problem, entry.name(entry.path))
-    if material.is_translucent:
-        problem = "lets light through (KHR_materials_diffuse_transmission), which --method path alone shows"
+    if material.is_translucent and material.absorbs:
+        problem = "absorbs light that is scattered into it (KHR_materials_volume), which --method path alone shows"
         images.buffers.document.notes.add(problem, entry.name(entry.path))
     return _from_glossy(images, entry, material) if glossy else material
 

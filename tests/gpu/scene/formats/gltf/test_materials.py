@@ -156,6 +156,16 @@ def test_glass_that_is_not_clear_is_said(gltf: GltfFile, factor: float, roughnes
     assert notes == [f"glass: {expected}"] * said
 
 
+@pytest.mark.parametrize(("volume", "said"), [({"thicknessFactor": 1}, 1), ({}, 0)])
+def test_paper_that_absorbs_is_said(gltf: GltfFile, volume: dict, said: int) -> None:
+    through = {"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5}}
+    inside = {"attenuationColor": [1, 0.5, 0.5], "attenuationDistance": 1}
+    material_of(gltf, name="wax", extensions=through | {"KHR_materials_volume": volume | inside})
+    notes = [note for note in gltf.load().report.notes if "absorbs" in note]
+    expected = "absorbs light that is scattered into it (KHR_materials_volume), which --method path alone shows"
+    assert notes == [f"wax: {expected}"] * said
+
+
 def test_specular_and_glossiness_are_converted_and_said(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     gltf.json["extensionsRequired"] = ["KHR_materials_pbrSpecularGlossiness"]
