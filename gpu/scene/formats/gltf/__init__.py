@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gpu.scene.assemble import assemble
-from gpu.scene.formats.gltf.animations import Movable, motion_of, moved_nodes, read_animations
+from gpu.scene.formats.gltf.animations import Movable, motion_of, moved_nodes, read_animations, with_turned
 from gpu.scene.formats.gltf.buffers import Buffers
 from gpu.scene.formats.gltf.cameras_and_lights import read_cameras, read_lights
 from gpu.scene.formats.gltf.document import Document, open_document
@@ -44,7 +44,8 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
     animations = read_animations(buffers, Movable(placed, [light.number for light in lights]))
     moved = moved_nodes(animations, placed)
     geometry = Geometry(buffers, materials, chosen_variant(document, variant), moved)
-    parts = geometry.settled(geometry.parts(placed))
+    parts, turned = geometry.settled(geometry.parts(placed))
+    animations = with_turned(animations, turned)
     cameras = read_cameras(document, placed.values(), _box(parts))
     say_unused(document, placed.values(), materials)
     # The format's metre is not what every file keeps to: it is taken where the size is likely.

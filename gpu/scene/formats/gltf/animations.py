@@ -1,7 +1,7 @@
 """Animations of a glTF file: of the nodes of its scene, and by pointers of its materials and lights."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from gpu.scene.animation.motion import (
     COMPONENTS,
     LIGHT_PROPERTIES,
+    MATERIAL_PROPERTIES,
     NODE_PROPERTIES,
     STILL,
     Animation,
@@ -81,6 +82,19 @@ def read_animations(buffers: Buffers, movable: Movable) -> tuple[Animation, ...]
         Animation(one, max(float(channel.times[-1]) for channel in channels), channels)
         for one, (_, channels) in zip(ids, found, strict=True)
     )
+
+
+def with_turned(animations: tuple[Animation, ...], turned: Mapping[int, Sequence[int]]) -> tuple[Animation, ...]:
+    """`animations` of materials, which change those that tangents have turned from them as well, by number."""
+    return tuple(
+        replace(animation, channels=tuple(one for channel in animation.channels for one in _of_all(channel, turned)))
+        for animation in animations
+    )
+
+
+def _of_all(channel: Channel, turned: Mapping[int, Sequence[int]]) -> list[Channel]:
+    others = turned.get(channel.part, ()) if channel.changes in MATERIAL_PROPERTIES else ()
+    return [channel, *(replace(channel, part=number) for number in others)]
 
 
 def moved_nodes(animations: Sequence[Animation], placed: Mapping[str, PlacedNode]) -> Moved:

@@ -155,9 +155,9 @@ class Geometry:
             self.materials.append(replace(look, anisotropy_rotation=look.anisotropy_rotation + turn))
         return self._turned.get(key, material)
 
-    def settled(self, parts: list[MeshPart]) -> list[MeshPart]:
-        """`parts`, with the default material left out where none has it. A material that all its meshes turn becomes
-        the first of the turned ones, so that whatever names or animates it finds it.
+    def settled(self, parts: list[MeshPart]) -> tuple[list[MeshPart], dict[int, list[int]]]:
+        """`parts`, with the default material left out where none has it, and the numbers of a material's turned ones
+        by its own. A material that all its meshes turn becomes the first of them, so that whatever names it finds it.
         """
         used = {part.material for part in parts}
         gone, instead = {self.default} - used, dict[int, int]()
@@ -169,8 +169,12 @@ class Geometry:
         places = {number: place for place, number in enumerate(kept)}
         places |= {number: places[own] for number, own in instead.items()}
         self.materials[:] = [self.materials[number] for number in kept]
+        turned = dict[int, list[int]]()
+        for (own, _), number in self._turned.items():
+            if number not in instead:
+                turned.setdefault(own, []).append(places[number])
         moved = any(number != place for number, place in places.items())
-        return [replace(part, material=places[part.material]) for part in parts] if moved else parts
+        return [replace(part, material=places[part.material]) for part in parts] if moved else parts, turned
 
     def _count(self, primitive: Primitive, instances: int) -> None:
         """Raise SceneError before memory is taken for more triangles or vertices than allowed."""

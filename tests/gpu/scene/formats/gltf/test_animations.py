@@ -2,9 +2,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_file import GltfFile
+from gltf_file import UV, GltfFile
 
 from gpu.scene.animation.motion import STILL, Interpolation, Motion, Property
+from gpu.scene.animation.posed_look import with_look
 from gpu.scene.formats.gltf import animations
 
 SLIDE = np.float32([[0, 0, 0], [1, 0, 0]])
@@ -110,6 +111,22 @@ def test_nodes_that_are_not_shown_move_nothing(gltf: GltfFile) -> None:
 
 def pointer(text: str) -> dict[str, Any]:
     return {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": text}}}
+
+
+def test_materials_that_tangents_turn_follow_their_own(gltf: GltfFile) -> None:
+    gltf.add("materials", extensions={"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}})
+    tangents = [np.float32(3 * [[np.cos(angle), np.sin(angle), 0.0, 1.0]]) for angle in (0.5, 1.0)]
+    turned = (gltf.primitive(TEXCOORD_0=UV, TANGENT=one, material=0) for one in tangents)
+    gltf.mesh_node(*turned, gltf.primitive())
+    grow = sampler(gltf, np.float32([0.25, 0.75]))
+    animate(gltf, (grow, pointer("/materials/0/pbrMetallicRoughness/roughnessFactor")))
+    found = gltf.load()
+    assert len(found.materials) == 3
+    assert found.motion is not None
+    later = with_look(found, found.motion, found.motion.animations[0], 2.0)
+    steel = {number for number, material in enumerate(found.materials) if material.has_grain}
+    assert len(steel) == 2
+    assert [material.roughness == 0.75 for material in later.materials] == [number in steel for number in range(3)]
 
 
 def test_pointers_are_of_nodes_materials_and_each_light_of_an_entry(gltf: GltfFile) -> None:
