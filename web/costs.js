@@ -11,7 +11,8 @@ export class Costs {
   #of = "";
 
   /** A frame has come, of a view at rest. @param {string} quality @param {Frame} frame @param {string} of  scene and method: what costs alike */
-  learn(quality, { width, height, renderMs, targetSamples }, of) {
+  learn(quality, { width, height, renderMs, stagesMs, targetSamples }, of) {
+    if (Object.keys(stagesMs).every((name) => name === "display")) return; // a picture that was kept
     const what = `${of} ${width}×${height}`;
     if (what !== this.#of) this.#measured.clear();
     this.#of = what;

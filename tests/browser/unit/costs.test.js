@@ -10,9 +10,9 @@ beforeEach(() => {
   costs.frames = { draft: 64, balanced: 512, best: 2048 };
 });
 
-/** @param {number} renderMs @param {number} targetSamples */
-const frame = (renderMs, targetSamples) =>
-  /** @type {import("../../../web/protocol.js").Frame} */ (/** @type {unknown} */ ({ width: 80, height: 40, renderMs, targetSamples }));
+/** @param {number} renderMs @param {number} targetSamples @param {Record<string, number>} [stagesMs] */
+const frame = (renderMs, targetSamples, stagesMs = { gbuffer: 1, display: 1 }) =>
+  /** @type {import("../../../web/protocol.js").Frame} */ (/** @type {unknown} */ ({ width: 80, height: 40, renderMs, stagesMs, targetSamples }));
 
 test("what was not measured costs about as much a frame as what was", () => {
   assert.equal(costs.words("best"), "sharp after 2,048 frames");
@@ -23,6 +23,12 @@ test("what was not measured costs about as much a frame as what was", () => {
   assert.equal(costs.words("best"), "sharp after 2,048 frames: about 20 s");
   costs.learn("draft", frame(1000, 64), "hall path");
   assert.equal(costs.words("best"), "sharp after 2,048 frames: about 34 min");
+});
+
+test("a picture that is shown again costs nothing, and tells nothing", () => {
+  costs.learn("balanced", frame(1000, 16), "hall path");
+  costs.learn("balanced", frame(4, 16, { display: 4 }), "hall path");
+  assert.equal(costs.words("balanced"), "1,000 ms a frame, sharp after 16: 16 s");
 });
 
 test("another scene, method or size costs something else", () => {
