@@ -163,6 +163,17 @@ def test_says_which_setting_the_server_refused(page: Page, gradients: Running) -
     expect(page.locator("body")).not_to_have_attribute("data-busy", "")
 
 
+def test_takes_no_value_that_a_setting_must_be_more_than(page: Page, gradients: Running) -> None:
+    stage = staged.visit(page, gradients)
+    page.keyboard.press("KeyP")
+    field = page.get_by_label("exposure", exact=True)
+    for typed, problem in (("0", "Value must be greater than 0."), ("2", "")):
+        field.fill(typed)
+        field.press("Enter")
+        assert field.evaluate("field => field.validationMessage") == problem
+    assert [it["settings"]["exposure"] for it in stage.all("settings") if it.get("settings")] == [2]
+
+
 def test_comes_back_after_the_server_was_gone(page: Page, complaints: list[str]) -> None:
     with run(ServerSettings(port=0)) as first:
         first.wait_ready()

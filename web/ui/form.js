@@ -43,7 +43,7 @@ export class SettingsForm {
       const value = field.name in values ? values[field.name] : field.initial;
       if (field.kind === "switch") /** @type {HTMLInputElement} */ (input).checked = Boolean(value);
       else input.value = value === null ? "" : String(value);
-      markValidity(input);
+      markValidity(field, input);
     }
   }
 
@@ -66,7 +66,7 @@ export class SettingsForm {
       row.append(hint);
     }
     input.addEventListener("change", () => {
-      if (markValidity(input) && this.#controls.every((control) => control.input.checkValidity())) {
+      if (markValidity(field, input) && this.#controls.every((control) => control.input.checkValidity())) {
         this.#onChange(this.values);
       } else {
         input.reportValidity();
@@ -105,8 +105,9 @@ function valueOf(field, input) {
   return field.kind === "choice" ? input.value : Number(input.value);
 }
 
-/** @param {HTMLInputElement | HTMLSelectElement} input @returns {boolean} whether it is valid */
-function markValidity(input) {
+/** @param {Field} field @param {HTMLInputElement | HTMLSelectElement} input @returns {boolean} whether it is valid */
+function markValidity({ min, open }, input) {
+  input.setCustomValidity(open && input.value !== "" && Number(input.value) === min ? `Value must be greater than ${min}.` : "");
   const valid = input.checkValidity();
   input.setAttribute("aria-invalid", String(!valid));
   return valid;

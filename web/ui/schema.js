@@ -10,7 +10,6 @@
  * @property {number} [minimum]
  * @property {number} [maximum]
  * @property {number} [exclusiveMinimum]
- * @property {number} [exclusiveMaximum]
  * @property {JsonSchema[]} [anyOf]
  * @property {JsonSchema[]} [allOf]
  * @property {string} [$ref]
@@ -27,6 +26,7 @@
  * @property {string[]} choices
  * @property {number | null} min
  * @property {number | null} max
+ * @property {boolean} open  it is more than `min`, never as much
  */
 
 /** Words of the field that are written in capitals. */
@@ -48,7 +48,8 @@ export function fieldsOf(schema) {
         optional,
         choices: (plain.enum ?? []).map(String),
         min: plain.minimum ?? plain.exclusiveMinimum ?? null,
-        max: plain.maximum ?? plain.exclusiveMaximum ?? null,
+        max: plain.maximum ?? null,
+        open: plain.exclusiveMinimum !== undefined,
       },
     ];
   });
@@ -87,10 +88,10 @@ export function accepted(fields, words) {
 }
 
 /** @param {Field} field @param {string} word @returns {unknown} undefined if the field cannot have it */
-function valueOf({ kind, choices, min, max }, word) {
+function valueOf({ kind, choices, min, max, open }, word) {
   if (kind === "choice") return choices.includes(word) ? word : undefined;
   if (kind === "switch") return word === "true" ? true : word === "false" ? false : undefined;
   const value = word.trim() === "" ? NaN : Number(word);
   if (!Number.isFinite(value) || (kind === "integer" && !Number.isInteger(value))) return undefined;
-  return (min === null || value >= min) && (max === null || value <= max) ? value : undefined;
+  return (min === null || (open ? value > min : value >= min)) && (max === null || value <= max) ? value : undefined;
 }

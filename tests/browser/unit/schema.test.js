@@ -30,7 +30,7 @@ test("each property becomes the control that suits it", () => {
   assert.equal(method?.initial, "fuzzy-vpl");
   assert.equal(method?.hint, "how");
   assert.deepEqual([clusters?.min, clusters?.max, clusters?.initial], [1, 9, null]);
-  assert.deepEqual([exposure?.min, exposure?.max], [0, null]);
+  assert.deepEqual([exposure?.min, exposure?.max, exposure?.open, clusters?.open], [0, null, true, false]);
 });
 
 test("of a link's words only settings with values that they can have are taken", () => {
@@ -41,4 +41,5 @@ test("of a link's words only settings with values that they can have are taken",
   const junk = { method: "magic", vpl_clusters: "10", lambertian: "yes", exposure: "", nested: "{}" };
   assert.deepEqual(accepted(fields, junk), {});
   assert.deepEqual(accepted(fields, { vpl_clusters: "1.5", exposure: "Infinity" }), {});
+  assert.deepEqual(accepted(fields, { exposure: "0" }), {});
 });
