@@ -102,6 +102,7 @@ def test_a_page_that_is_loaded_again_goes_on_telling_of_its_film(page: Page, sta
     expect(page.locator("#toast")).to_have_text("Your film is being rendered; see Bookmarks (B)")
     page.keyboard.press("KeyB")
     expect(page.locator("#film-state")).to_contain_text("of 1800")
+    expect(page.locator("#film-state")).to_be_in_viewport()
     page.get_by_role("button", name="Cancel", exact=True).click()
     expect(page.locator("#film-job")).to_be_hidden()
 
