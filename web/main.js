@@ -19,9 +19,9 @@ import { byId } from "./ui/page.js";
 import { Panel } from "./ui/panel.js";
 import { Player } from "./ui/player.js";
 import { copyAddress, download } from "./ui/share.js";
+import { SceneList } from "./ui/scene-list.js";
 import { Uploader } from "./ui/uploader.js";
 import { Views } from "./ui/views.js";
-import { listScenes } from "./upload.js";
 import { Camera } from "./viewer/camera.js";
 import { Flight } from "./viewer/flight.js";
 import { Navigation } from "./viewer/navigation.js";
@@ -34,7 +34,6 @@ import { Viewport } from "./viewer/viewport.js";
 /** @typedef {import("./link.js").View} View */
 /** @typedef {import("./protocol.js").Frame} Frame */
 /** @typedef {import("./protocol.js").SceneInfo} SceneInfo */
-/** @typedef {import("./protocol.js").SceneName} SceneName */
 
 /** Rest of a resized window before frames of the new size are asked for [ms]. */
 const RESIZE_REST = 150;
@@ -44,7 +43,6 @@ const LATE = 600;
 const api = new URL("api/v1/", document.baseURI);
 const scenes = new URL("scenes", api);
 const canvas = byId("view", HTMLCanvasElement);
-const sceneSelect = byId("scene", HTMLSelectElement);
 const cameraSelect = byId("camera", HTMLSelectElement);
 
 /** The scene that the camera stands in. @type {SceneInfo | null} */
@@ -57,6 +55,7 @@ let shown = null;
 const screen = await openScreen(canvas);
 const viewport = new Viewport(canvas);
 const camera = new Camera();
+const sceneList = new SceneList(scenes);
 const overlay = new Overlay();
 const notice = new Notice(() => session.connect());
 const connectionStatus = new ConnectionStatus(overlay, notice);
@@ -94,8 +93,8 @@ const session = new Session(api, wanted, {
     mixer.run = welcome.run;
     mixer.allowed = player.allowed = welcome.takes_edits;
     exports = welcome.gives_exports;
-    offerScenes(welcome.scenes);
-    sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
+    sceneList.show(welcome.scenes);
+    sceneList.choose(session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "");
     // One change of both: a second one would wait for the first frame.
     const words = address.takeSettings();
     change({ size: viewport.size, ...(Object.keys(words).length > 0 && { settings: panel.take(words) }) });
@@ -309,24 +308,6 @@ async function saveScene(address, edits) {
 
 // --- what the server says --------------------------------------------------------------------------------------------
 
-/** Ids of scenes without a file. @type {Set<string>} */
-let builtin = new Set();
-
-/** @param {readonly SceneName[]} names */
-function offerScenes(names) {
-  builtin = new Set(names.filter((name) => name.builtin).map(({ id }) => id));
-  const choices = names.map(({ id, name, builtin }) => ({ value: id, label: name, group: builtin ? "Built in" : "Files" }));
-  offer(sceneSelect, choices);
-}
-
-/** Somebody has sent the scene of now since its list came. */
-async function listAnew() {
-  const names = await listScenes(scenes).catch(() => null);
-  if (!names || !scene) return;
-  offerScenes(names);
-  sceneSelect.value = scene.id;
-}
-
 /**
  * A scene is there: the view that a link asks for, else its first camera, unless the viewer stands in it already: after a
  * reconnection, or in the same file read otherwise, where it stays at the same place of the file.
@@ -339,10 +320,9 @@ function enter(entered) {
   const moved = JSON.stringify(scene?.frame) !== JSON.stringify(entered.frame);
   if (!stays || moved) flight.stop();
   scene = entered;
-  sceneSelect.value = entered.id;
-  if (sceneSelect.value !== entered.id) listAnew();
+  if (!sceneList.choose(entered.id)) sceneList.load().catch(() => null); // somebody has sent it since the list came
   document.title = `${entered.name} – lumenwalk`;
-  panel.scene(entered, builtin.has(entered.id));
+  panel.scene(entered, sceneList.isBuiltin(entered.id));
   views.scene(entered.id);
   mixer.scene(entered);
   mixer.download = exports ? exportAddress(api, entered) : null;
@@ -395,7 +375,7 @@ function refused({ code, message, edit }) {
   notice.complain(code === "unknown-scene" ? `${message}; choose one in the list above, or open a file (U)` : message);
   if (session.scene === null) return;
   connectionStatus.picture();
-  sceneSelect.value = session.scene.id;
+  sceneList.choose(session.scene.id);
   wake(); // the camera may have gone on meanwhile
 }
 
@@ -419,8 +399,8 @@ async function lockPointer() {
 
 /** @param {string} id */
 async function openUploaded(id) {
-  offerScenes(await listScenes(scenes));
-  sceneSelect.value = id;
+  await sceneList.load();
+  sceneList.choose(id);
   change({ scene: id });
 }
 

@@ -57,6 +57,8 @@ def test_a_scene_that_another_page_has_sent_since_can_be_seen_in_the_list(page: 
     answers(page, lambda route: route.abort())
     stage.scene("new/1")
     expect(page.locator("#scene")).to_have_value("new/1")
+    labels = page.locator("#scene option").all_text_contents()
+    assert labels == ["cornell-box", "hall – hall.glb", "hall – new/1"]  # two are called alike
 
 
 def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
