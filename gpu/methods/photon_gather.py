@@ -15,6 +15,7 @@ from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.irradiance_interpolation import allocate_weights, interpolate_irradiance, weigh_centres
+from gpu.indirect.light_behind import join_sides, trace_behind_by_photons
 from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for, pilot_of
 from gpu.lights.light_table import LightTable, PowerCdf
@@ -174,6 +175,17 @@ class PhotonGather(RenderMethod[GatherViewState]):
     def _interpolate(self) -> None:
         listed, irradiance = self._frame.shading_points.points, self._frame.indirect.irradiance
         interpolate_irradiance(listed, self._weights, self._gather.gathered, irradiance, self._receivers)
+        if self._frame.features.translucent:
+            self._join_sides(irradiance)
+
+    def _join_sides(self, irradiance: wp.array) -> None:
+        """Add what comes from behind, shared between neighbours."""
+        frame, points, light = self._frame, self._frame.shading_points, self._passes.near_field.light
+        seen = frame.scene, frame.gbuffer, points
+        trace_behind_by_photons(*seen, self._light, frame.seed, light, frame.features)
+        if self._setup.settings.smooth:
+            light = frame.smoothing.share(*seen[1:], irradiance, light, frame.nothing, nearer_on_detail=False)
+        join_sides(frame.gbuffer, points, light, irradiance)
 
     def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""

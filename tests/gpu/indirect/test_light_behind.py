@@ -26,11 +26,11 @@ def test_sides_count_by_what_they_scatter() -> None:
     assert np.allclose(irradiance.numpy(), [[11.0, 8.0, 12.0], [4.5, 4.5, 4.5]])
 
 
-@pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.FUZZY_VPL, Method.RSM_DISKS])
+@pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.FUZZY_VPL, Method.RSM_DISKS, Method.PHOTON_GATHER])
 def test_single_frames_show_a_lit_room_through_a_curtain(method: Method) -> None:
     room = curtained_room()
     bounces = {"bounces": 1} if method is Method.RSM_DISKS else {}
-    settings = {**QUALITY, "component": Component.INDIRECT, "vpls": 20_000, **bounces}
+    settings = {**QUALITY, "component": Component.INDIRECT, "vpls": 20_000, "photons": 20_000, **bounces}
     seen = Renderer(room, SIZE, RenderSettings(**settings, method=method)).render(CAMERA).radiance()
     paths = picture(room, **settings, method=Method.PATH, samples=512)
     assert seen.mean() == pytest.approx(paths.mean(), rel=0.06)
