@@ -24,6 +24,17 @@ def test_nothing_else_is_served(running: Running, path: str) -> None:
     assert response.json()["code"] == "not-found"
 
 
+def test_files_are_compressed_for_who_takes_that(running: Running) -> None:
+    plain = running.http.get("/main.js", headers={"Accept-Encoding": "identity"})
+    small = running.http.get("/main.js", headers={"Accept-Encoding": "gzip"})
+    assert "Content-Encoding" not in plain.headers
+    assert int(small.headers["Content-Length"]) < 0.4 * int(plain.headers["Content-Length"])
+    assert small.content == plain.content
+    assert "Accept-Encoding" in small.headers["Vary"]
+    again = running.http.get("/main.js", headers={"If-None-Match": small.headers["ETag"]})
+    assert (again.status_code, again.content) == (304, b"")
+
+
 def test_a_socket_to_nowhere_is_refused(running: Running) -> None:
     with pytest.raises(InvalidStatus, match="404"), connect(f"ws://{running.http.base_url.netloc.decode()}/nowhere"):
         pass
