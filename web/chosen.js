@@ -10,6 +10,9 @@ import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./t
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {{kind: "object" | "light", id: string}} Chosen */
 
+/** Of the scene, or as large as in a file: what nobody asks for who lets handles be where they are. */
+const NEAR = 1e-3;
+
 /**
  * What handles move and turn, in the world, as it is now.
  * @typedef {object} Target
@@ -44,22 +47,30 @@ export function targetOf(chosen, scene, { lights, objects, suns }) {
   return { name: chosen.id, at, corners, direction: null, angles, size };
 }
 
-/** Has what is chosen be there, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {Vec3} to @returns {ScenePatch} */
+/** Has what is chosen be there, as far as it can; null: no farther than it is. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {Vec3} to @returns {ScenePatch | null} */
 export function movedTo({ kind, id }, { bounds, objects }, edits, to) {
+  const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
   if (kind === "light") {
-    const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
     return { lights: { [id]: { position: /** @type {Vec3} */ (to.map((value) => rounded(value, size))) } } };
   }
   const box = objects.find((object) => object.id === id)?.box;
   if (!box) return {};
   const [x, y, z] = middleOf(box);
-  return { objects: { [id]: { offset: offsetWithin(scaled(box, edits.objects[id]?.scale ?? 1), bounds, [to[0] - x, to[1] - y, to[2] - z]) } } };
+  const { offset: now = null, scale = 1 } = edits.objects[id] ?? {};
+  const wanted = /** @type {Vec3} */ ([to[0] - x, to[1] - y, to[2] - z]);
+  const offset = offsetWithin(scaled(box, scale ?? 1), bounds, wanted);
+  const stays = offset.every((value, axis) => value === (now?.[axis] ?? 0));
+  const away = wanted.some((value, axis) => Math.abs(value - (offset[axis] ?? value)) > NEAR * size);
+  return stays && away ? null : { objects: { [id]: { offset } } };
 }
 
-/** Has an object that is chosen be so many times as large as in its file, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {number} size @returns {ScenePatch} */
+/** Has an object that is chosen be so many times as large as in its file, as far as it can; null: no more than it is. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {number} size @returns {ScenePatch | null} */
 export function sizedTo({ id }, { bounds, objects }, edits, size) {
   const box = objects.find((object) => object.id === id)?.box;
-  return box ? { objects: { [id]: { scale: scaleWithin(box, bounds, edits.objects[id]?.offset ?? [0, 0, 0], size) } } } : {};
+  if (!box) return {};
+  const { offset, scale: now } = edits.objects[id] ?? {};
+  const scale = scaleWithin(box, bounds, offset ?? [0, 0, 0], size);
+  return scale === (now ?? 1) && Math.abs(size - scale) > NEAR ? null : { objects: { [id]: { scale } } };
 }
 
 /** Turns what is chosen on from where it was. @param {Chosen} chosen @param {Target} from @param {0 | 1 | 2} axis @param {number} angle [rad] @returns {ScenePatch} */

@@ -71,6 +71,7 @@ const mixer = new Mixer({
   own: (id, own, share) => session.own(id, own, share),
   camera: () => camera.matrix(),
   redraw: wake,
+  say: (words) => notice.say(words),
   save: saveScene,
 });
 const player = new Player((patch) => mixer.set(patch));

@@ -138,7 +138,10 @@ def test_keys_move_what_is_chosen_and_not_the_camera(page: Page, stage: Stage) -
     expect(handle).to_have_attribute("aria-valuetext", "-0.48 m")
     handle.press("PageUp")  # ten steps: to the end of the scene
     expect(handle).to_have_attribute("aria-valuetext", "0.9 m")
-    assert len(stage.all("pose")) == poses
+    edits = len(stage.all("edit"))
+    handle.press("ArrowRight")
+    expect(page.locator("#toast")).to_have_text("chair stays within the box of the scene")
+    assert (len(stage.all("pose")), len(stage.all("edit"))) == (poses, edits)
 
 
 def test_undo_is_heard_wherever_the_keyboard_is_while_the_sheet_is_open(page: Page, stage: Stage) -> None:

@@ -27,6 +27,7 @@ import { Sheet } from "./sheet.js";
  * @property {(id: number, own: boolean, share: boolean) => void} own  edits are this viewer's own, or those of all
  * @property {() => number[]} camera  its place, column-major, camera to world
  * @property {() => void} redraw  asks for `draw`
+ * @property {(words: string) => void} say
  * @property {(address: string, edits: import("../messages.js").SceneEdits) => void} save  the scene with its own edits
  */
 
@@ -224,9 +225,12 @@ export class Mixer {
   /** And [°]. */
   #angleStep = () => this.#turnStep.valueAsNumber || 1;
 
-  /** Handles move or turn what is chosen. @param {string} what @param {(chosen: Chosen, scene: SceneInfo) => ScenePatch} change */
+  /** Handles move or turn what is chosen. @param {string} what @param {(chosen: Chosen, scene: SceneInfo) => ScenePatch | null} change  null: it is at its end */
   #handle(what, change) {
-    if (this.#chosen && this.#scene) this.#history.edit(change(this.#chosen, this.#scene), `${this.#chosen.id}/${what}`);
+    if (!this.#chosen || !this.#scene) return;
+    const patch = change(this.#chosen, this.#scene);
+    if (patch) this.#history.edit(patch, `${this.#chosen.id}/${what}`);
+    else this.#events.say(`${this.#chosen.id} stays within the box of the scene`);
   }
 
   #show() {

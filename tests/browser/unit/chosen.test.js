@@ -48,6 +48,18 @@ test("an object is made larger about the middle of its box, within the scene", (
   assert.deepEqual([chair?.at, chair?.size], [[0.2, 0.6, 0.1], 2]);
   assert.deepEqual([0, 7].map((corner) => chair?.corners?.[corner]?.map((value) => Number(value.toFixed(9)))), [[-0.2, 0.4, -0.1], [0.6, 0.8, 0.3]]);
   assert.deepEqual(movedTo(chosen, scene, edits, [9, 0.6, 0.1]), { objects: { chair: { offset: [0.4, 0.5, 0] } } });
-  const sizes = [0.01, 1.5, 99].map((size) => sizedTo(chosen, scene, edits, size).objects?.chair?.scale);
+  const sizes = [0.01, 1.5, 99].map((size) => sizedTo(chosen, scene, edits, size)?.objects?.chair?.scale);
   assert.deepEqual(sizes, [0.1, 1.5, 4]);
+});
+
+test("what is at an end of the scene goes no farther, which is told", () => {
+  const chosen = /** @type {const} */ ({ kind: "object", id: "chair" });
+  const full = { ...scene, objects: [{ id: "chair", box: bounds }] };
+  assert.equal(movedTo(chosen, full, none, [0.1, 0, 0]), null);
+  assert.deepEqual(movedTo(chosen, full, none, [0.0001, 0, 0]), { objects: { chair: { offset: [0, 0, 0] } } }); // held still
+  assert.equal(sizedTo(chosen, full, none, 1.1), null);
+  assert.deepEqual(sizedTo(chosen, full, none, 0.9), { objects: { chair: { scale: 0.9 } } });
+  const edge = { ...none, objects: { chair: { offset: /** @type {Vec3} */ ([0.6, 0, 0]) } } };
+  assert.equal(movedTo(chosen, scene, edge, [2, 0.1, 0.1]), null);
+  assert.deepEqual(movedTo(chosen, scene, edge, [2, 0.3, 0.1]), { objects: { chair: { offset: [0.6, 0.2, 0] } } });
 });
