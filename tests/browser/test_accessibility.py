@@ -39,6 +39,8 @@ def test_no_violations(page: Page, gradients: Running, size: dict[str, int], sch
     if size is PHONE:
         page.keyboard.press("KeyI")
     assert violations(page) == [], "walking"
+    stage.frame((128, 128, 128), stages={f"stage {number}": 1.0 for number in range(40)})
+    assert violations(page) == [], "statistics that are scrolled"
     page.keyboard.press("KeyP")
     assert violations(page) == [], "settings"
     page.keyboard.press("KeyG")

@@ -305,6 +305,22 @@ def test_what_takes_a_while_is_told_beside_statistics_and_sheets(
     assert overlapping({name: edges_of(page, name) for name in [*names, "mixer"]}) == []
 
 
+@pytest.mark.parametrize("width", [1100, 1280])
+def test_statistics_that_are_taller_than_the_window_are_scrolled(page: Page, gradients: Running, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 700})
+    stage = staged.visit(page, gradients)
+    stage.frame((64, 64, 64), stages={f"stage {number}": 1.0 for number in range(40)})
+    expect(page.locator("#stages")).to_contain_text("stage 39")
+    statistics, bar = page.locator("#stats").bounding_box(), page.locator("#move-bar").bounding_box()
+    assert statistics is not None
+    assert bar is not None
+    beside = statistics["x"] + statistics["width"] < bar["x"]
+    assert statistics["y"] + statistics["height"] <= (700 if beside else bar["y"])
+    page.locator("#stats").hover()
+    page.mouse.wheel(0, 5000)
+    expect(page.get_by_text("stage 39")).to_be_in_viewport()
+
+
 def test_a_link_whose_settings_are_refused_leaves_the_viewer_in_the_scene_before(
     page: Page, gradients: Running
 ) -> None:
