@@ -72,6 +72,7 @@ const mixer = new Mixer({
   camera: () => camera.matrix(),
   redraw: wake,
   say: (words) => notice.say(words),
+  lost: () => notice.tell("The service has started anew: changes that all saw are gone"),
   save: saveScene,
 });
 const player = new Player((patch) => mixer.set(patch));

@@ -97,6 +97,8 @@ def test_what_a_service_did_that_is_gone_can_not_be_undone(page: Page, stage: St
     stage.scene(objects=[CHAIR], lights=[LAMP, BULB])
     expect(page.locator("#connection-text")).to_have_text("Connected")
     expect(page.get_by_label("Undo", exact=True)).to_be_enabled(enabled=enabled)
+    if not enabled:
+        expect(page.locator("#toast")).to_contain_text("changes that all saw are gone")
 
 
 def test_a_drag_chooses_nothing(page: Page, stage: Stage) -> None:

@@ -28,6 +28,7 @@ import { Sheet } from "./sheet.js";
  * @property {() => number[]} camera  its place, column-major, camera to world
  * @property {() => void} redraw  asks for `draw`
  * @property {(words: string) => void} say
+ * @property {() => void} lost  what was done here went with the service
  * @property {(address: string, edits: import("../messages.js").SceneEdits) => void} save  the scene with its own edits
  */
 
@@ -150,7 +151,9 @@ export class Mixer {
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;
     if (!stays) this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
+    const could = this.#history.canUndo;
     this.#history.restart(stays, this.run);
+    if (stays && could && !this.#history.canUndo) this.#events.lost();
   }
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */
