@@ -28,6 +28,7 @@ from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import is_anchor_only
 from gpu.indirect.clustered_light import ClusteredLight
+from gpu.indirect.far_field import light_seen
 from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
 from gpu.vpl.form_factor import light_of
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
@@ -46,6 +47,8 @@ class AdaptiveRayParameters:
 
     least_bright: SPs are bright that may have this share of the brightness that only `brighter` of the picture's
     SAMPLES exceed.
+    least_found: so many of an SP's rays must find light by what its clusters see: of fewer, as in a dark room beside a
+    far brighter place, each that does would be a firefly.
     trust: rays find what clusters believe to be off, of which this share is taken for granted: where clusters are right
     that leaves little noise, where all is hidden, rays do that alone.
     most_frames: what frames before knew counts as the rays of so many of them, at most.
@@ -58,6 +61,7 @@ class AdaptiveRayParameters:
 
     least_bright: float = 0.6
     brighter: int = 10
+    least_found: float = 0.1
     trust: float = 0.6
     most_frames: int = 6
     own_share: float = 0.45
@@ -106,9 +110,11 @@ def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed:
     if sp >= points.count[0]:
         return
     pixel = points.pixels[sp]
-    most = (indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]) * brightness(reflectance(gbuffer, pixel))
-    ratio = most / (by.least_bright * least[0] + 1.0e-30)
-    if ratio >= 1.0 and not is_anchor_only(listed, pixel, image):
+    whole = indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]
+    seen = light_seen(indirect.near_importance[sp] + indirect.far_importance[sp], whole)
+    ratio = whole * brightness(reflectance(gbuffer, pixel)) / (by.least_bright * least[0] + 1.0e-30)
+    found = float(RAYS) * seen >= by.least_found * whole
+    if ratio >= 1.0 and found and not is_anchor_only(listed, pixel, image):
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (MOST_OCTAVES - wp.log2(ratio))), 0, LAST - 1)
 
 

@@ -22,10 +22,25 @@ LEAST_LEFT = wp.constant(1.0 / 1024.0)
 
 
 @wp.func
+def offset_at(position: wp.vec3) -> float:
+    """How far ends of rays at `position` move, in unit space."""
+    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
+    return OFFSET_ULP * wp.max(size, OFFSET_FLOOR)
+
+
+@wp.func
 def lifted(position: wp.vec3, normal: wp.vec3) -> wp.vec3:
     """`position` moved off its surface to the side of its geometric `normal`."""
-    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
-    return position + normal * (OFFSET_ULP * wp.max(size, OFFSET_FLOOR))
+    return position + normal * offset_at(position)
+
+
+@wp.func
+def drawn_back(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.vec3:
+    """`position`, hit along `direction`, moved back within its surface of geometric `normal`.
+
+    Where surfaces meet rounding may put a hit on or behind the other one, and light from outside would reach it.
+    """
+    return position - (direction - normal * wp.dot(normal, direction)) * offset_at(position)
 
 
 @wp.func

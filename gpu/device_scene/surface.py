@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.device_scene.data import EMISSION, Hit, SceneData
+from gpu.device_scene.rays import drawn_back
 from gpu.device_scene.sheen import LEAST_ROUGHNESS, sheen_reflectance
 from gpu.device_scene.sides import emits_from_back, solid_share, triangle_normal
 from gpu.device_scene.textures import NO_MAP, sample_use, texels_at
@@ -255,13 +256,15 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     surface = Surface()
     corner = scene.triangles[hit.face]
     w = 1.0 - hit.u - hit.v
-    surface.position = (
-        scene.vertices[corner[0]] * hit.u + scene.vertices[corner[1]] * hit.v + scene.vertices[corner[2]] * w
-    )
     material = scene.materials[scene.triangle_material[hit.face]]
     front = triangle_normal(scene, hit.face)
     seen_front = wp.dot(front, direction) < 0.0
     surface.geometric_normal = wp.where(seen_front, front, -front)
+    surface.position = drawn_back(
+        scene.vertices[corner[0]] * hit.u + scene.vertices[corner[1]] * hit.v + scene.vertices[corner[2]] * w,
+        surface.geometric_normal,
+        direction,
+    )
     texels = texels_at(scene, hit.face, hit.u, hit.v)
     base = albedo_of(scene, hit.face, hit.u, hit.v, texels.base_color)
     if seen_front or emits_from_back(scene, hit.face):

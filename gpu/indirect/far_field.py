@@ -61,6 +61,13 @@ def visibility_weight(share: float) -> float:
     return least + (1.0 - least) * share
 
 
+@wp.func
+def light_seen(weighted: float, whole: float) -> float:
+    """What of an SP's `whole` light its clusters see, by the sum of that in `visibility_weight`."""
+    least = wp.static(VISIBILITY_WEIGHT_PARAMETERS.hidden)
+    return (weighted - least * whole) / (1.0 - least)
+
+
 @wp.struct
 class FarLight:
     """Of each representative.

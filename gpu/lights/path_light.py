@@ -34,13 +34,13 @@ def _same_paths(one: Scene, other: Scene) -> bool:
     return same_sky(one.sky, other.sky) and one.materials == other.materials and one.lights == other.lights
 
 
-def _for_paths(table: LightTable, suns: SunMaps) -> LightTable:
-    """`table` with these maps of its suns. Where a map shows that cameras find nothing which a sun lights, as from a
-    closed room, that has few of the paths: by its power it would have all.
+def by_reach(table: LightTable) -> LightTable:
+    """`table`, whose emitters are chosen by power, with a choice by what can reach what is seen, too: where the map of
+    a sun shows that cameras find nothing which it lights, as from a closed room, it is seldom chosen. By its power it
+    would always be.
     """
     made = duplicate(LightTable, table)
-    made.suns = suns
-    lit = suns.cumulative.numpy()[:, -1] > 0.0
+    lit = table.suns.cumulative.numpy()[:, -1] > 0.0
     dark = ~lit & (table.lights.numpy()["kind"][: len(lit)] == DIRECTIONAL) if len(lit) else lit
     if not dark.any():
         return made
@@ -51,6 +51,8 @@ def _for_paths(table: LightTable, suns: SunMaps) -> LightTable:
     if others > 0.0 and hidden > _UNSEEN_SHARE:
         shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
     made.all_emitters = power_cdf(shares, table.all_emitters.cumulative.device)
+    if made.enumerated_count == 0:
+        made.sampled = made.all_emitters
     return made
 
 
@@ -60,8 +62,11 @@ class PathLight:
     """
 
     def __init__(self, device_scene: DeviceScene, suns: SunMaps) -> None:
+        """suns: the maps of the scene's suns."""
         drawn = device_scene.edited(path_light(device_scene.scene))
-        self._scene, self.table = drawn.scene, _for_paths(build_light_table(drawn), suns)
+        table = build_light_table(drawn)
+        table.suns = suns
+        self._scene, self.table = drawn.scene, by_reach(table)
         self._materials, self._sky = drawn.data.materials, drawn.data.sky
         self._shares = path_light_shares(device_scene.scene)
         self.shares = wp.array(self._shares, dtype=wp.vec3, device=device_scene.device)
@@ -87,7 +92,8 @@ class PathLight:
         if scene is not edited.scene:
             drawn = edited.edited(scene)
             table = build_light_table(drawn)
-        table = _for_paths(table, suns)
+            table.suns = suns
+            table = by_reach(table)
         if drawn.scene.materials is not self._scene.materials:
             wp.copy(self._materials, drawn.data.materials)
         if drawn.scene.sky is not self._scene.sky:

@@ -21,10 +21,11 @@ from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
+from gpu.lights.build import probabilities
 from gpu.lights.emission import Particle, emit, sun_particle
 from gpu.lights.light_chain import Flight, unscattered
 from gpu.lights.light_paths import Vpls
-from gpu.lights.light_table import DIRECTIONAL, LightTable, choose_emitter, is_light, is_triangle
+from gpu.lights.light_table import DIRECTIONAL, LightTable, PowerCdf, choose_emitter, is_light, is_triangle
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS, ShadowMapParameters
 from gpu.lights.sun_map import image_place
 from gpu.sampling.sobol import TO_UNIT, Pair, sobol_pair
@@ -39,7 +40,8 @@ class ShadowMaps:
 
     atlas_side: pixels along each side of the atlas, a power of two; first, width (map,): the values by which the
     table's choice among all emitters takes those of a map, and how many these are, of 2³²; halvings (map,): how often
-    its sides are halved: just the first pixels / 4^halvings have rays, which are that smaller image.
+    its sides are halved: just the first pixels / 4^halvings have rays, which are that smaller image; worth (map,): how
+    much its light matters, 1, but less for a sun that lights nothing that cameras find.
     """
 
     count: int
@@ -48,6 +50,7 @@ class ShadowMaps:
     first: wp.array[wp.uint32]
     width: wp.array[wp.uint32]
     halvings: wp.array[int]
+    worth: wp.array[float]
 
 
 @made_for(*LOOK, "environment", "specular")
@@ -158,9 +161,12 @@ def halvings_of(widths: Doubles, side: int, chosen: ShadowMapParameters = SHADOW
     return np.minimum(fewer, np.log2(side / chosen.least_side)).astype(np.int32)
 
 
-def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
+def make_shadow_maps(device_scene: DeviceScene, table: LightTable, by_power: PowerCdf, side: int,
                      chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> ShadowMaps:  # fmt: skip
-    """The maps of the emitters in `table`, of which there is one or more, of `side`² pixels each."""
+    """The maps of the emitters in `table`, of which there is one or more, of `side`² pixels each.
+
+    by_power: the choice among them by their power alone.
+    """
     scene, device = device_scene.scene, device_scene.device
     triangles = scene.triangles[device_scene.triangle_order[table.faces.numpy()[: table.triangle_count]]]
     corners = scene.vertices[triangles].astype(np.float64)
@@ -173,6 +179,8 @@ def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
     first = np.append(0, last[:-1])
     # One that has all values loses the last of them: 2³² is no 32-bit number.
     width = np.minimum(last - first, WHOLE - 1)
+    reach, power = (np.bincount(groups, probabilities(each)) for each in (table.all_emitters, by_power))
+    worth = reach / np.maximum(power, 1.0 / WHOLE)
     maps = ShadowMaps()
     maps.count, maps.side, maps.atlas_side = len(first), side, side
     while (maps.atlas_side // side) ** 2 < maps.count:
@@ -180,4 +188,5 @@ def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
     maps.first = wp.array(first.astype(np.uint32), dtype=wp.uint32, device=device)
     maps.width = wp.array(width.astype(np.uint32), dtype=wp.uint32, device=device)
     maps.halvings = wp.array(halvings_of(width.astype(np.float64), side, chosen), dtype=int, device=device)
+    maps.worth = wp.array(worth / worth.max(), dtype=float, device=device)
     return maps

@@ -59,7 +59,7 @@ class RsmLights(ClusteredLights):
         self._pixels = allocate_vpls(pixels, device)
         self._importance = BidirectionalImportance(device)
         self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device, setup.settings.seed)
-        self.clustering = ShadowMapClustering(pixels, min(clusters, pixels), device)
+        self.clustering = ShadowMapClustering(self._maps, min(clusters, pixels), device)
         self._lights = GroupLights(pixels, self.clustering.count, device)
         self.vpls = self._lights.vpls
         if setup.settings.light_shape is LightShape.POLYGONS:
@@ -70,7 +70,8 @@ class RsmLights(ClusteredLights):
         self.cache = self._radiosity.cache if self._radiosity else None
 
     def _maps_of(self, side: int) -> ShadowMaps:
-        return make_shadow_maps(self._setup.device_scene, self._setup.light_sets.table, side)
+        sets = self._setup.light_sets
+        return make_shadow_maps(self._setup.device_scene, sets.table, sets.by_power, side)
 
     def follow(self, kind: FrameKind) -> bool:
         """Have maps of the lights as they are, unless there are more or fewer now."""
@@ -108,7 +109,7 @@ class RsmLights(ClusteredLights):
             trace_shadow_maps(frame.scene, table, self._maps, setup.bounces, seed, frame.features, pixels)
 
         def cluster() -> None:
-            self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)
+            self._importance.run(frame.gbuffer, frame.size, self._maps, pixels, self._warp.importance)
             self._warp.run(self.clustering.seeds)
             self.clustering.run(pixels, seeds, begins=begins)
 

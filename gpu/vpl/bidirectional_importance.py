@@ -14,6 +14,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_paths import Vpls
+from gpu.lights.reflective_shadow_map import ShadowMaps
 from gpu.sampling.halton import halton_point
 from gpu.vpl.form_factor import disk_transfer
 
@@ -53,9 +54,10 @@ def view_sample_kernel(
 
 @wp.kernel
 def bidirectional_importance_kernel(first: int, vpls: Vpls, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-                                    chosen: BidirectionalImportanceParameters, lanes: int,
+                                    chosen: BidirectionalImportanceParameters, maps: ShadowMaps, lanes: int,
                                     importance: wp.array[float]) -> None:  # fmt: skip
-    """`lanes` threads a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside.
+    """`lanes` threads a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside, and
+    times what its map is worth.
 
     position, normal (sample,): of `view_sample_kernel`; importance (vpl,).
     """
@@ -72,7 +74,8 @@ def bidirectional_importance_kernel(first: int, vpls: Vpls, position: wp.array[w
         total += disk_transfer(way, normal[sample], vpls.normal[vpl], chosen.area)
     total = float_sum(total, lanes)
     if lane == 0:
-        importance[vpl] = flux * (total / float(position.shape[0]) + chosen.unseen)
+        worth = maps.worth[vpl // (maps.side * maps.side)]
+        importance[vpl] = worth * flux * (total / float(position.shape[0]) + chosen.unseen)
 
 
 class BidirectionalImportance:
@@ -83,10 +86,12 @@ class BidirectionalImportance:
         self._position = wp.zeros(VIEW_SAMPLES, dtype=wp.vec3, device=device)
         self._normal = wp.zeros(VIEW_SAMPLES, dtype=wp.vec3, device=device)
 
-    def run(self, gbuffer: GBuffer, size: tuple[int, int], vpls: Vpls, importance: wp.array) -> None:
-        """Write the `importance` (vpl,) of `vpls` to the picture of `size` (width, height) that `gbuffer` is of."""
+    def run(self, gbuffer: GBuffer, size: tuple[int, int], maps: ShadowMaps, vpls: Vpls, importance: wp.array) -> None:
+        """Write the `importance` (vpl,) of the `vpls` of `maps` to the picture of `size` (width, height) that `gbuffer`
+        is of.
+        """
         samples = [self._position, self._normal]
         launch(view_sample_kernel, VIEW_SAMPLES, [gbuffer, image_size(size), *samples], self.device)
         lanes = lanes_of(self.device, few=True)
-        inputs = [vpls, *samples, BIDIRECTIONAL_IMPORTANCE_PARAMETERS, lanes, importance]
+        inputs = [vpls, *samples, BIDIRECTIONAL_IMPORTANCE_PARAMETERS, maps, lanes, importance]
         launch(bidirectional_importance_kernel, lanes * vpls.count, inputs, self.device)

@@ -16,8 +16,8 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import Emitters, emitters_after, emitters_of
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
-from gpu.lights.light_table import LightTable
-from gpu.lights.path_light import PathLight, same_surfaces
+from gpu.lights.light_table import LightTable, PowerCdf
+from gpu.lights.path_light import PathLight, by_reach, same_surfaces
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
@@ -49,8 +49,8 @@ class LightSets:
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self.version = self.surface_version = self._path_version = 0
         self._emitters: Emitters = emitters_of(device_scene)
-        self.table: LightTable = self._emitters.table
-        self.table.suns = sun_maps_of(device_scene, self.table)
+        self._emitters.table.suns = sun_maps_of(device_scene, self._emitters.table)
+        self.table: LightTable = by_reach(self._emitters.table)
         self._path_light = PathLight(device_scene, self.table.suns)
 
     def follow(self, edited: DeviceScene) -> bool:
@@ -68,8 +68,10 @@ class LightSets:
         if not same_suns:
             table = duplicate(LightTable, table)
             table.suns = sun_maps_of(edited, table)
-        elif table is not self.table:
+        else:
             table.suns = self.table.suns
+        by_power = table.all_emitters
+        table = by_reach(table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
         if not same_surfaces(scene.scene, edited.scene):
@@ -77,12 +79,19 @@ class LightSets:
         same_paths = self._path_light.follow(edited, table, same_suns=same_suns)
         scene.become(edited)
         overwrite(LightTable, self.table, table)
-        self._emitters = Emitters(self.table, emitters.powers)
+        resident = duplicate(LightTable, self.table)
+        resident.all_emitters = by_power
+        self._emitters = Emitters(resident, emitters.powers)
         self.version += 1
         if not same_paths:
             self._path_version = self.version
             self._paths.clear()
         return True
+
+    @property
+    def by_power(self) -> PowerCdf:
+        """The choice among all emitters of `table` by their power alone."""
+        return self._emitters.table.all_emitters
 
     def at(self, choice: LightSetChoice) -> LightSet:
         """The set of `choice`, which may have to be made (anew) by `renew`; the longest unused ones make room."""

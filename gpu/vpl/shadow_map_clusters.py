@@ -22,6 +22,7 @@ from gpu.core.morton import morton_key
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups, iota_kernel
 from gpu.lights.light_paths import Vpls, surface_key_kernel
+from gpu.lights.reflective_shadow_map import ShadowMaps
 
 
 @wp.struct
@@ -40,11 +41,14 @@ SHADOW_MAP_CLUSTER_PARAMETERS: ShadowMapClusterParameters = parameters(ShadowMap
 
 @wp.struct
 class Traits:
-    """What VPLs and clusters are like or unlike by; color: of unit length, as flux is mixed of channels."""
+    """What VPLs and clusters are like or unlike by; color: of unit length, as flux is mixed of channels; worth: of the
+    map (ShadowMaps).
+    """
 
     position: wp.vec3
     normal: wp.vec3
     color: wp.vec3
+    worth: float
 
 
 @wp.struct
@@ -77,6 +81,7 @@ def traits_at(clusters: MapClusters, cluster: int) -> Traits:
     traits.position = wp.vec3(one[0], one[1], one[2])
     traits.normal = wp.vec3(two[0], two[1], two[2])
     traits.color = wp.vec3(three[0], three[1], three[2])
+    traits.worth = one[3]
     return traits
 
 
@@ -86,18 +91,19 @@ def set_traits(clusters: MapClusters, cluster: int, traits: Traits) -> None:
     p = traits.position
     n = traits.normal
     c = traits.color
-    clusters.traits[3 * cluster] = wp.vec4(p[0], p[1], p[2], 0.0)
+    clusters.traits[3 * cluster] = wp.vec4(p[0], p[1], p[2], traits.worth)
     clusters.traits[3 * cluster + 1] = wp.vec4(n[0], n[1], n[2], 0.0)
     clusters.traits[3 * cluster + 2] = wp.vec4(c[0], c[1], c[2], 0.0)
 
 
 @wp.func
-def traits_of(vpls: Vpls, vpl: int) -> Traits:
-    """Those of a VPL."""
+def traits_of(vpls: Vpls, maps: ShadowMaps, vpl: int) -> Traits:
+    """Those of a VPL, a pixel of `maps`."""
     traits = Traits()
     traits.position = vpls.position[vpl]
     traits.normal = vpls.normal[vpl]
     traits.color = wp.normalize(vpls.flux[vpl])
+    traits.worth = maps.worth[vpl // (maps.side * maps.side)]
     return traits
 
 
@@ -110,8 +116,8 @@ def difference(chosen: ShadowMapClusterParameters, one: Traits, other: Traits) -
 
 
 @wp.kernel
-def start_clusters_kernel(first: int, vpls: Vpls, seeds: wp.array[int], begins: bool, frames: int, kept: KeptSeeds,
-                          started: MapClusters, keys: wp.array[int]) -> None:  # fmt: skip
+def start_clusters_kernel(first: int, vpls: Vpls, maps: ShadowMaps, seeds: wp.array[int], begins: bool,
+                          frames: int, kept: KeptSeeds, started: MapClusters, keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: starts it at its seed, which is kept unless it is dark now, old, or all are to begin anew.
 
     Those that begin have ages that are spread evenly; keys (cluster,): its place in Morton's order.
@@ -125,7 +131,7 @@ def start_clusters_kernel(first: int, vpls: Vpls, seeds: wp.array[int], begins: 
         kept.pixels[cluster] = seed
         age = wp.where(begins, age, 0)
     kept.ages[cluster] = age
-    traits = traits_of(vpls, kept.pixels[cluster])
+    traits = traits_of(vpls, maps, kept.pixels[cluster])
     set_traits(started, cluster, traits)
     keys[cluster] = morton_key(traits.position, traits.normal)
 
@@ -138,9 +144,14 @@ def order_clusters_kernel(first: int, started: MapClusters, order: wp.array[int]
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def assign_to_clusters_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: ShadowMapClusterParameters,
-                              lanes: int, keys: wp.array[int]) -> None:  # fmt: skip
-    """`lanes` threads a pixel: keys[pixel] becomes the most like of the clusters, their number where it is dark."""
+def assign_to_clusters_kernel(first: int, vpls: Vpls, maps: ShadowMaps, clusters: MapClusters,
+                              chosen: ShadowMapClusterParameters, lanes: int,
+                              keys: wp.array[int]) -> None:  # fmt: skip
+    """`lanes` threads a pixel: keys[pixel] becomes the most like of the clusters of maps that are worth as much, the
+    number of clusters where it is dark or there is none.
+
+    A roof in the sun would be like the ceiling of a closed room below it, and have its light in there.
+    """
     index = first + wp.tid()
     pixel = index // lanes
     lane = index % lanes
@@ -148,12 +159,13 @@ def assign_to_clusters_kernel(first: int, vpls: Vpls, clusters: MapClusters, cho
     if brightness(vpls.flux[pixel]) <= 0.0:
         keys[pixel] = count
         return
-    traits = traits_of(vpls, pixel)
-    best = int(-1)
+    traits = traits_of(vpls, maps, pixel)
+    best = int(count)
     least = float(FAR_AWAY)
     for cluster in range(lane, count, lanes):
-        unlike = difference(chosen, traits, traits_at(clusters, cluster))
-        if unlike < least:
+        other = traits_at(clusters, cluster)
+        unlike = difference(chosen, traits, other)
+        if unlike < least and other.worth == traits.worth:
             least = unlike
             best = cluster
     best = place_of_least(least, best, lanes)
@@ -187,7 +199,7 @@ def move_clusters_kernel(first: int, vpls: Vpls, items: wp.array[int], starts: w
         return
     clusters.members[cluster] = starts[cluster + 1] - starts[cluster]
     if clusters.members[cluster] > 0:
-        traits = Traits()
+        traits = traits_at(clusters, cluster)
         traits.position = position / brightness(flux)
         traits.normal = wp.normalize(normal)
         traits.color = wp.normalize(flux)
@@ -195,9 +207,9 @@ def move_clusters_kernel(first: int, vpls: Vpls, items: wp.array[int], starts: w
 
 
 @wp.kernel
-def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: ShadowMapClusterParameters,
-                      items: wp.array[int], starts: wp.array[int], lanes: int,
-                      medoids: wp.array[int]) -> None:  # fmt: skip
+def map_medoid_kernel(first: int, vpls: Vpls, maps: ShadowMaps, clusters: MapClusters,
+                      chosen: ShadowMapClusterParameters, items: wp.array[int], starts: wp.array[int],
+                      lanes: int, medoids: wp.array[int]) -> None:  # fmt: skip
     """`lanes` threads a cluster: the member that is most like its means, −1 if there is none: these may lie in no
     surface.
 
@@ -210,7 +222,7 @@ def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: Sha
     best = int(-1)
     least = float(FAR_AWAY)
     for entry in range(starts[cluster] + lane, starts[cluster + 1], lanes):
-        unlike = difference(chosen, traits_of(vpls, items[entry]), traits)
+        unlike = difference(chosen, traits_of(vpls, maps, items[entry]), traits)
         if unlike < least:
             least = unlike
             best = entry
@@ -222,17 +234,17 @@ def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: Sha
 
 
 class ShadowMapClustering:
-    """Rounds of clustering of up to `capacity` pixels of maps into `count` clusters; what it works with is allocated
-    once.
+    """Rounds of clustering of the pixels of `maps` into `count` clusters; what it works with is allocated once.
 
     After `run`: `clusters`, `groups` has each one's members, neighbours on a surface side by side, and `medoids`
     (cluster,) those that represent them, −1 for none. seeds (cluster,): the pixels where clusters would start if all
     began anew, which the caller writes.
     """
 
-    def __init__(self, capacity: int, count: int, device: wp.Device,
+    def __init__(self, maps: ShadowMaps, count: int, device: wp.Device,
                  chosen: ShadowMapClusterParameters = SHADOW_MAP_CLUSTER_PARAMETERS) -> None:  # fmt: skip
-        self.count, self.device, self.chosen = count, device, chosen
+        self._maps, self.count, self.device, self.chosen = maps, count, device, chosen
+        capacity = maps.count * maps.side**2
         self.groups = Groups(capacity, count, device)
         self.seeds = wp.zeros(count, dtype=int, device=device)
         self.medoids = wp.zeros(count, dtype=int, device=device)
@@ -252,13 +264,13 @@ class ShadowMapClustering:
 
     def run(self, vpls: Vpls, kept: KeptSeeds, *, begins: bool) -> None:
         """One round over `vpls`, a pixel each, from the seeds that are `kept`; begins: all start anew."""
-        groups, chosen, device, clusters = self.groups, self.chosen, self.device, self.clusters
-        inputs = [vpls, self.seeds, begins, chosen.frames, kept, self._started, self._keys]
+        groups, maps, chosen, device, clusters = self.groups, self._maps, self.chosen, self.device, self.clusters
+        inputs = [vpls, maps, self.seeds, begins, chosen.frames, kept, self._started, self._keys]
         launch(start_clusters_kernel, self.count, inputs, device)
         self._sort(self._keys, self._order, self.count)
         launch(order_clusters_kernel, self.count, [self._started, self._order, clusters], device)
         lanes = lanes_of(device, few=True)
-        inputs = [vpls, clusters, chosen, lanes, groups.keys]
+        inputs = [vpls, maps, clusters, chosen, lanes, groups.keys]
         launch(assign_to_clusters_kernel, lanes * groups.capacity, inputs, device)
         inputs = [vpls.position, vpls.normal, vpls.flux, self._pixel_keys]
         launch(surface_key_kernel, groups.capacity, inputs, device)
@@ -266,7 +278,7 @@ class ShadowMapClustering:
         groups.sort(self._pixels)
         members = [groups.items, groups.starts, lanes]
         launch(move_clusters_kernel, lanes * self.count, [vpls, *members, clusters], device)
-        launch(map_medoid_kernel, lanes * self.count, [vpls, clusters, chosen, *members, self.medoids], device)
+        launch(map_medoid_kernel, lanes * self.count, [vpls, maps, clusters, chosen, *members, self.medoids], device)
 
     def _sort(self, keys: wp.array, order: wp.array, count: int) -> None:
         launch(iota_kernel, count, [order], self.device)

@@ -24,6 +24,7 @@ def maps_of(count: int = 1) -> ShadowMaps:
     maps.count, maps.side, maps.atlas_side = count, SIDE, SIDE
     while (maps.atlas_side // SIDE) ** 2 < count:
         maps.atlas_side *= 2
+    maps.worth = wp.full(count, 1.0, dtype=float, device=CPU)
     return maps
 
 
@@ -54,7 +55,7 @@ def clustered(
     maps: ShadowMaps, vpls: Vpls, seeds: Ints, chosen: ShadowMapClusterParameters = SHADOW_MAP_CLUSTER_PARAMETERS
 ) -> tuple[ShadowMapClustering, KeptSeeds]:
     """One round of clusters that begin at `seeds`."""
-    clustering = ShadowMapClustering(maps.count * SIDE**2, len(seeds), CPU, chosen)
+    clustering = ShadowMapClustering(maps, len(seeds), CPU, chosen)
     kept = clustering.new_seeds()
     again(clustering, kept, vpls, seeds, begins=True)
     return clustering, kept

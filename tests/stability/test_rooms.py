@@ -1,17 +1,21 @@
-"""A thin wall between two rooms, only one of which is lit, keeps the other dark."""
+"""A thin wall between two rooms, only one of which is lit, keeps the other dark, and walls keep the sun out."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import grey, quad, resident_of
+from scenes import box, grey, quad, resident_of, scene_of
 from stress import render
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.camera import look_at
 from gpu.scene.scene_parts import MeshPart
+from gpu.scene.types import Light, LightKind
 from gpu.settings import Method
 
 SIZE = (64, 32)
 WALL = 0.01
+INSIDE = look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0))
 LEAK = 1e-3  # of a lit room's light, that a dark one beside it may have
 
 
@@ -58,3 +62,24 @@ def test_seen_both_at_once_from_above(device: str, method: Method, sp_clusters: 
     lit, dark = picture[:, : SIZE[0] // 2 - 1].mean(), picture[:, SIZE[0] // 2 + 1 :].mean()
     assert lit > 0.1
     assert dark < (share if method in (Method.FUZZY_VPL, Method.RSM_DISKS) else LEAK) * lit
+
+
+def closed_room(device: str, sun: float) -> DeviceScene:
+    """A cube on a wide ground with a lamp inside, which the scene's cameras see, and above a sun of this irradiance."""
+    ground = quad((-4.0, -0.6, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))
+    lamp = Light("lamp", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.0, 0.0, 0.0))
+    shining = Light("sun", LightKind.DIRECTIONAL, (sun, sun, sun), direction=(0.0, -0.8, 0.6))
+    scene = scene_of([*box(half=0.5), ground], [grey(0.5)], [shining, lamp] if sun else [lamp])
+    return DeviceScene(replace(scene, cameras=(INSIDE,)), device)
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_a_sun_outside_a_closed_room_does_nothing_inside(device: str, method: Method) -> None:
+    """Neither a pixel where walls meet is lit by it, nor does it take what the lamp has: light paths, clusters, rays.
+
+    Pictures of both are of other light paths, so they differ by noise.
+    """
+    pictures = (render(closed_room(device, sun), INSIDE, (128, 96), method=method, samples=16) for sun in (0.0, 1e5))
+    alone, beside = (picture.mean(axis=-1) for picture in pictures)
+    assert beside.mean() == pytest.approx(alone.mean(), rel=0.02)
+    assert np.abs(beside / alone - 1.0).max() < 0.6

@@ -7,6 +7,7 @@ from bright import SIZE, Bright, picture_of
 
 from gpu.core.sample_mean import SAMPLES
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.indirect.far_field import VISIBILITY_WEIGHT_PARAMETERS
 from gpu.indirect.irradiance import CHECKS
 
 # What frames use, written again, so that a change of it fails.
@@ -45,6 +46,21 @@ def test_those_that_may_be_brightest_have_rays() -> None:
     brightest = np.isin(fuzzy.pixels, few.trace())
     assert brightest.sum() == 20
     assert most[brightest].min() > 0.93 * most[~brightest].max()  # keys are steps of 2 ^ (1 / 16)
+
+
+def test_points_whose_light_no_ray_would_find_have_none() -> None:
+    """Half of them see so little of all light, by their clusters, that one in 300 rays would find some."""
+    bright = Bright(picture_of(far_field_sums=True), SIZE[0] * SIZE[1], 1e-3)
+    fuzzy, indirect = bright.fuzzy, bright.view.indirect
+    whole = indirect.unoccluded_near.numpy() + indirect.unoccluded_far.numpy()
+    hidden = np.arange(len(whole)) % 2 == 1
+    seen = np.where(hidden, 1.0 / 300.0, 1.0 / 200.0) * whole
+    least = VISIBILITY_WEIGHT_PARAMETERS.hidden
+    indirect.near_importance.fill_(0.0)
+    indirect.far_importance.assign((least * whole + (1.0 - least) * seen).astype(np.float32))
+    chosen = np.isin(fuzzy.pixels, bright.trace())
+    lit = whole[: fuzzy.sp_count] > 0.0
+    assert np.array_equal(chosen[lit], ~hidden[: fuzzy.sp_count][lit])
 
 
 def test_a_point_that_speaks_for_those_beside_it_has_no_rays(bright: Bright) -> None:

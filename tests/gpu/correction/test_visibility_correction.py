@@ -106,7 +106,7 @@ def test_where_clusters_tell_the_truth_nothing_is_corrected() -> None:
 
 def test_pictures_of_vpl_clusters_come_near_those_of_all_their_members(clustered: Pipeline) -> None:
     exact, fuzzy = clustered.of_members(), clustered.irradiance()
-    corrected = fuzzy + corrections(clustered, 100).mean(axis=0)
+    corrected = fuzzy + corrections(clustered, 400).mean(axis=0)
     assert relative_error(corrected, exact) < 0.1 * relative_error(fuzzy, exact)
     assert corrected.mean() == pytest.approx(exact.mean(), rel=0.02)
 

@@ -82,6 +82,16 @@ def test_a_point_of_a_triangle_is_the_hit_of_the_ray_that_comes_there() -> None:
     assert np.allclose(hits[:, 1], hits[:, 0], atol=1e-5)
 
 
+def test_a_point_lies_a_little_towards_the_viewer_within_its_surface() -> None:
+    """Where walls meet it would be in both, and light from behind one would reach it."""
+    for origin in ([0.3, 0.2, 1.0], [-0.2, 0.1, -0.7]):
+        way = -np.asarray(origin)
+        position, normal = seen(wall(grey(0.5)), origin, way)[[POSITION, GEOMETRIC]]
+        assert position @ normal == 0.0
+        expected = -(way - (way @ normal) * normal) / np.linalg.norm(way) * 32.0 * 2.0**-23 * 0.0625
+        assert position == pytest.approx(expected, rel=0.02)
+
+
 def bent_wall() -> DeviceScene:
     """That square with vertex normals that lean 45° to the left on the left and to the right on the right."""
     part = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])

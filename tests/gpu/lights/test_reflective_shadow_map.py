@@ -28,7 +28,7 @@ def mapped(device_scene: DeviceScene, seed: int = 0, suns: Any = None) -> tuple[
     """The maps of a scene's lights."""
     table = build_light_table(device_scene)
     table.suns = suns or table.suns
-    maps = make_shadow_maps(device_scene, table, SIDE)
+    maps = make_shadow_maps(device_scene, table, table.all_emitters, SIDE)
     vpls = allocate_vpls(maps.count * SIDE**2, device_scene.device)
     features = device_scene.features(lambertian=False)
     trace_shadow_maps(device_scene.data, table, maps, 4, seed, features, vpls)

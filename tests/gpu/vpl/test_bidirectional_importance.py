@@ -1,6 +1,7 @@
 import numpy as np
 import warp as wp
 from scenes import column, strewn_vpls
+from shadow_maps import maps_of
 
 from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
@@ -49,7 +50,10 @@ def test_importance_is_flux_times_the_mean_geometry_term_of_halton_s_pixels() ->
     vpls, gbuffer = strewn_vpls(200, 0.1, 0), gbuffer_of(np.random.default_rng(1))
     vpls.flux = column(np.where(np.arange(200)[:, None] % 5 == 0, 0.0, vpls.flux.numpy()), wp.vec3)
     importance = wp.zeros(200, dtype=float, device=CPU)
-    BidirectionalImportance(CPU).run(gbuffer, SIZE, vpls, importance)
+    maps = maps_of(4)
+    maps.side = 8
+    maps.worth.assign([1.0, 0.25, 1.0, 1.0])
+    BidirectionalImportance(CPU).run(gbuffer, SIZE, maps, vpls, importance)
     points = [(inverse(number, 2), inverse(number, 3)) for number in range(1, VIEW_SAMPLES + 1)]
     pixels = [int(y * SIZE[1]) * SIZE[0] + int(x * SIZE[0]) for x, y in points]
     position, normal = gbuffer.position.numpy()[pixels], gbuffer.normal.numpy()[pixels]
@@ -57,6 +61,7 @@ def test_importance_is_flux_times_the_mean_geometry_term_of_halton_s_pixels() ->
     terms = geometry_terms(position, normal, vpls.position.numpy(), vpls.normal.numpy())
     mean = (terms * seen[:, None]).mean(axis=0)
     expected = vpls.flux.numpy().mean(axis=1) * (mean + 0.02)
+    expected[64:128] *= 0.25  # those of the second map
     assert np.allclose(importance.numpy(), expected, rtol=1e-4)
     assert (importance.numpy()[::5] == 0.0).all()
 
@@ -71,5 +76,5 @@ def test_what_is_near_has_no_importance_without_bound() -> None:
     vpls.normal.fill_(wp.vec3(0.0, -1.0, 0.0))
     vpls.flux.fill_(wp.vec3(1.0, 1.0, 1.0))
     importance = wp.zeros(1, dtype=float, device=CPU)
-    BidirectionalImportance(CPU).run(gbuffer, SIZE, vpls, importance)
+    BidirectionalImportance(CPU).run(gbuffer, SIZE, maps_of(), vpls, importance)
     assert 95.0 < importance.numpy()[0] < 101.0

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import results
-from shadow_maps import COUNT, again, clustered, folded_floor, maps_of, owners, seeds_of
+from shadow_maps import COUNT, SIDE, again, clustered, folded_floor, maps_of, owners, seeds_of
 
 from gpu.core.parameters import parameters
 from gpu.lights.light_paths import Vpls, surface_key_kernel
@@ -64,6 +64,20 @@ def test_pixels_go_to_the_most_like_cluster(maps: int, weights: dict[str, float]
     assert (found == expected).mean() > 0.998  # but for ties in float32
     usual = plain_round(SHADOW_MAP_CLUSTER_PARAMETERS, vpls, seeds)
     assert (not weights) == bool((expected == usual).all())
+
+
+def test_maps_that_are_worth_less_have_clusters_of_their_own() -> None:
+    """However like they are: those of such a map without a seed go to none."""
+    atlas = maps_of(3)
+    atlas.worth.assign([1.0, 0.1, 0.2])
+    vpls, map_of = folded_floor(atlas), np.repeat(np.arange(3), SIDE**2)
+    lit = vpls.flux.numpy().sum(axis=1) > 0.0
+    seeds = seeds_of(vpls)
+    seeds = np.where(map_of[seeds] == 2, np.flatnonzero(lit)[0], seeds)
+    clustering, _ = clustered(atlas, vpls, seeds)
+    owner, medoids = owners(clustering), clustering.medoids.numpy()
+    assert np.array_equal(owner >= 0, lit & (map_of < 2))
+    assert np.array_equal(map_of[medoids[owner[owner >= 0]]], map_of[owner >= 0])
 
 
 def test_the_usual_weights() -> None:
