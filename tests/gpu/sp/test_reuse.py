@@ -289,7 +289,7 @@ def test_more_clusters_come_in_turn_or_at_once(room: DeviceScene, at_once: bool)
     assert len(walk.fresh) > 4 * in_turn if at_once else len(walk.fresh) <= in_turn
 
 
-@pytest.mark.parametrize("count", [450, 200])
+@pytest.mark.parametrize("count", [450, 150])
 def test_a_walk_goes_on_with_more_or_fewer_clusters(room: DeviceScene, count: int) -> None:
     walk = Walk(room, most=600)
     walk.step(pose(0.0), begins=True)
