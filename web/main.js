@@ -292,7 +292,9 @@ async function savePicture() {
   if (!shown || !scene) return;
   const { width, height, phase, samples, targetSamples } = shown;
   download(await screen.picture(), `${scene.name}-${width}x${height}.png`);
-  notice.say(phase === "final" ? "The picture is saved" : `The picture is saved as it is: ${samples} of ${targetSamples}`);
+  if (phase === "final") notice.say("The picture is saved");
+  else if (phase === "still") notice.say(`The picture is saved as it is: ${samples} of ${targetSamples}`);
+  else notice.tell(`The picture is saved as it was in motion, ${width} × ${height}; it gets sharp at rest`);
 }
 
 /** @param {string} address @param {import("./messages.js").SceneEdits} edits */

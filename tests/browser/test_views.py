@@ -161,8 +161,15 @@ def test_copies_the_link(page: Page, stage: Stage) -> None:
     expect(page.locator("#toast")).to_have_text("The link is in the address bar")
 
 
-@pytest.mark.parametrize("phase", [Phase.STILL, Phase.FINAL])
-def test_saves_the_picture_as_it_is(page: Page, stage: Stage, phase: Phase) -> None:
+@pytest.mark.parametrize(
+    ("phase", "words"),
+    [
+        (Phase.MOVING, "The picture is saved as it was in motion, 40 × 20; it gets sharp at rest"),
+        (Phase.STILL, "The picture is saved as it is: 3 of 8"),
+        (Phase.FINAL, "The picture is saved"),
+    ],
+)
+def test_saves_the_picture_as_it_is(page: Page, stage: Stage, phase: Phase, words: str) -> None:
     colours = np.full((20, 40, 3), (200, 100, 50), np.uint8)
     stage.frame(colours, phase=phase, samples=(3, 8))
     expect(page.locator("#size")).to_have_text("40 × 20")
@@ -173,7 +180,6 @@ def test_saves_the_picture_as_it_is(page: Page, stage: Stage, phase: Phase) -> N
     picture = np.asarray(Image.open(BytesIO(Path(download.path()).read_bytes())).convert("RGB"))
     assert picture.shape == (20, 40, 3)
     assert np.abs(picture.astype(int) - colours).max() < 8
-    words = "The picture is saved" if phase is Phase.FINAL else "The picture is saved as it is: 3 of 8"
     expect(page.locator("#toast")).to_have_text(words)
 
 
