@@ -13,6 +13,8 @@ from gpu.device_scene.bsdf import (
     is_grained,
     is_translucent,
     largest,
+    left_by_veil,
+    left_on_way,
     reflected,
     traced_share,
 )
@@ -20,6 +22,8 @@ from gpu.device_scene.surface import Surface
 
 # Sequences of samples by which sides of what is translucent are chosen, one a vertex: beside all others.
 SIDE_PAIR = wp.constant(512)
+# Of even light with a surface, by how much of it arrives.
+MEAN_COSINE = wp.constant(2.0 / 3.0)
 # Of even light, by which is divided.
 LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))
 
@@ -124,13 +128,16 @@ def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.ve
 
 
 @wp.func
-def turned(surface: Surface) -> Surface:
-    """The other side of a translucent surface, as matt as light goes through."""
+def turned(surface: Surface, view: wp.vec3) -> Surface:
+    """The other side of a translucent surface, as matt as light goes through to unit `view`."""
     other = Surface()
     other.position = surface.position
     other.geometric_normal = -surface.geometric_normal
     other.normal = -surface.normal
-    other.diffuse = even_through(surface)
+    other.diffuse = wp.cw_mul(even_through(surface), left_by_veil(surface, view))
+    if is_fibrous(surface):
+        cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
+        other.diffuse = other.diffuse * left_on_way(surface, cos_view, MEAN_COSINE)
     other.albedo = other.diffuse
     other.roughness = 1.0
     return other
@@ -144,8 +151,8 @@ def matt_side(surface: Surface, view: wp.vec3, focused: float, choice: float) ->
 
     focused: as of `spread_reflectance`.
     """
-    other = turned(surface)
-    front = spread_reflectance(surface, view, focused) - other.diffuse
+    other = turned(surface, view)
+    front = spread_reflectance(surface, view, focused) - even_through(surface)
     share = largest(other.diffuse) / (largest(other.diffuse) + largest(front))
     side = other
     side.diffuse = other.diffuse / share

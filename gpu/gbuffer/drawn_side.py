@@ -33,7 +33,7 @@ def drawn_side(end: ChainEnd, samples: ChainSamples, pixel: int, image: ImageSiz
     place = morton_2d(pixel % image.width, pixel // image.width)
     if sobol_pair_at(place, samples.frame_index[0], SIDE_PAIR, samples.seed).x < share:
         normal = surface.geometric_normal
-        end.surface = turned(surface)
+        end.surface = turned(surface, end.to_viewer)
         end.to_viewer = end.to_viewer - normal * (2.0 * wp.dot(normal, end.to_viewer))
         end.throughput = end.throughput / share
     else:

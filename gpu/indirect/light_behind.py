@@ -22,7 +22,7 @@ from gpu.gbuffer.gbuffer import GBuffer, behind_share
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.illumination import Illumination
-from gpu.indirect.lobe_light import NO_EMISSION, KnownLight, light_along, lobe_ray
+from gpu.indirect.lobe_light import LOBE_REGISTERS, NO_EMISSION, KnownLight, light_along, lobe_ray
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 
@@ -47,7 +47,7 @@ def behind_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=RAY_REGISTERS)
+    @wp.kernel(module="unique", module_options={"max_unroll": 1, "fast_math": True}, cuda_max_registers=LOBE_REGISTERS)
     def behind_ray_kernel(
         first: int,
         scene: SceneData,
