@@ -24,8 +24,10 @@ export class EditHistory {
   own = false;
   /** Where lights shine that are the sun of a date. @type {import("./messages.js").Edits["suns"]} */
   suns = {};
-  /** Own ones of the same scene on the connection before, until the server says what differs. @type {SceneEdits | null} */
+  /** Own ones of the same scene from before, until edits are its own again. @type {SceneEdits | null} */
   #kept = null;
+  /** The message that asks for that. */
+  #asked = 0;
   #send;
   #sendOwn;
   #changed;
@@ -59,7 +61,7 @@ export class EditHistory {
 
   /** All that differs, with what is on its way. @returns {SceneEdits} */
   get edits() {
-    const made = /** @type {Partial<SceneEdits>} */ (this.#unanswered.reduce(merge, /** @type {unknown} */ (this.#known)));
+    const made = /** @type {Partial<SceneEdits>} */ (this.#unanswered.reduce(merge, /** @type {unknown} */ (this.#kept ?? this.#known)));
     return { ...NONE, ...made };
   }
 
@@ -81,10 +83,12 @@ export class EditHistory {
    * @param {boolean} stays  it is the same: edits of its own are so again, what the server has not answered is sent again,
    *   and what was done can still be undone, unless it is gone with another run of the service
    * @param {string} run  of the service
+   * @param {SceneEdits | null} [kept]  own ones of another scene from before
    */
-  restart(stays, run) {
+  restart(stays, run, kept = null) {
     const unanswered = stays && !this.own ? this.#unanswered.reduce(compose, {}) : {};
-    this.#kept = !stays ? null : this.own ? this.edits : this.#kept; // which a short connection may not have come to
+    this.#kept = !stays ? kept : this.own ? this.edits : this.#kept; // which a short connection may not have come to
+    this.#asked = 0;
     const lost = run !== this.#run && this.#kept === null;
     this.#run = run;
     this.own = false;
@@ -122,12 +126,14 @@ export class EditHistory {
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
     if (this.#sent.length === 0) this.#belong(own);
-    const kept = this.#kept;
-    this.#kept = null;
-    if (kept) {
-      this.own = true;
-      this.setOwn(true);
+    if (this.#kept && own) {
+      const { edits: kept } = this;
+      this.#kept = null;
       this.set(/** @type {ScenePatch} */ (compose(removal(edits), kept)));
+    } else if (this.#kept && this.#asked === 0) {
+      this.own = true; // so that what was done can still be undone
+      this.setOwn(true);
+      this.#asked = this.#id;
     }
     this.#changed();
   }
@@ -140,6 +146,7 @@ export class EditHistory {
   /** The server refused a message, and will say what differs: nothing that was in it has been done. @param {number} id */
   refused(id) {
     this.#sent = this.#sent.filter((it) => it.id !== id);
+    if (id === this.#asked) this.#kept = null; // nobody else is to see them
     giveBack(this.#done, this.#undone, id);
     giveBack(this.#undone, this.#done, id);
     const steps = this.#steps;

@@ -189,6 +189,26 @@ def test_a_server_that_takes_no_edits_offers_none(page: Page, gradients: Running
     expect(page.locator("#mixer")).to_be_hidden()
 
 
+def test_own_changes_outlast_a_reload_of_the_page(page: Page, other: Page) -> None:
+    page.get_by_label("for me alone").check()
+    light = page.locator("#lights input[type=checkbox]").first
+    light.click()
+    expect(light).not_to_be_checked()
+    page.wait_for_timeout(300)  # until the server knows
+    page.reload()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    page.keyboard.press("KeyG")
+    expect(page.get_by_label("for me alone")).to_be_checked()
+    expect(light).not_to_be_checked()
+    expect(other.locator("#lights input[type=checkbox]").first).to_be_checked()
+    page.get_by_label("for me alone").uncheck()
+    expect(light).to_be_checked()
+    page.reload()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    page.keyboard.press("KeyG")
+    expect(page.get_by_label("for me alone")).not_to_be_checked()
+
+
 def test_a_scene_is_downloaded_where_the_server_gives_it_out(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     stage.gives_exports = True

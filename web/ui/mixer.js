@@ -7,6 +7,7 @@ import { movedTo, sizedTo, targetOf, turnedFrom } from "../chosen.js";
 import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
 import { stepIn } from "../moving.js";
+import { load, save } from "../storage.js";
 import { offer } from "./choice.js";
 import { Gizmo } from "./gizmo.js";
 import { LightRow } from "./light-row.js";
@@ -31,6 +32,11 @@ import { Sheet } from "./sheet.js";
  * @property {() => void} lost  what was done here went with the service
  * @property {(address: string, edits: import("../messages.js").SceneEdits) => void} save  the scene with its own edits
  */
+
+/** What the browser remembers of a tab that is left with own edits: {of, edits}. */
+const KEPT = "own edits";
+/** A scene, as it is read. @param {SceneInfo} scene */
+const nameOf = ({ id, options }) => JSON.stringify([id, options]);
 
 export class Mixer {
   sheet = new Sheet("mixer");
@@ -107,6 +113,9 @@ export class Mixer {
     };
     text("mixer").addEventListener("change", () => this.#history.end());
     document.addEventListener("keydown", (event) => this.#key(event));
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) save(KEPT, this.#scene && this.ownEdits && { of: nameOf(this.#scene), edits: this.ownEdits }, "sessionStorage");
+    });
     this.#overlay.addEventListener("keydown", (event) => event.key === "Escape" && this.sheet.toggle());
   }
 
@@ -152,8 +161,15 @@ export class Mixer {
     const { min, max } = scene.bounds;
     if (!stays) this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
     const could = this.#history.canUndo;
-    this.#history.restart(stays, this.run);
+    this.#history.restart(stays, this.run, this.#kept(scene));
     if (stays && could && !this.#history.canUndo) this.#events.lost();
+  }
+
+  /** Own edits of a scene that the tab had when it was left; once. @param {SceneInfo} scene @returns {import("../messages.js").SceneEdits | null} */
+  #kept(scene) {
+    const { of, edits } = /** @type {{of?: unknown, edits?: any}} */ (load(KEPT, "sessionStorage") ?? {});
+    save(KEPT, null, "sessionStorage");
+    return of === nameOf(scene) ? edits : null;
   }
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */

@@ -140,13 +140,36 @@ test("own edits of a scene outlast a connection", (context) => {
   history.restart(true, RUN);
   history.restart(true, RUN); // and one that ends before the server says what differs
   told({ lights: { sky: { on: false } }, materials: {}, objects: {} }, 0);
-  assert.deepEqual([owned.at(-1), history.canUndo], [[3, true, false], true]);
+  assert.deepEqual([owned.at(-1), history.canUndo, shown()], [[3, true, false], true, 3]);
+  context.mock.timers.tick(50);
+  assert.equal(sent.length, 1); // as long as all would see them
+  told({ lights: { sky: { on: false } }, materials: {}, objects: {} }, 3, true);
   context.mock.timers.tick(50);
   assert.deepEqual(sent.at(-1)?.patch.lights, { lamp: { intensity: 3 }, sky: { on: null } });
-  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3, true);
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 4, true);
   history.restart(false, RUN);
   told({ lights: {}, materials: {}, objects: {} }, 0);
   assert.deepEqual([history.own, shown()], [false, undefined]);
+});
+
+test("own edits that cannot be so on the next connection are shown to nobody", (context) => {
+  history.setOwn(true);
+  history.edit(lamp(3));
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2, true);
+  history.restart(true, RUN);
+  told({ lights: {}, materials: {}, objects: {} }, 0);
+  history.refused(3);
+  told({ lights: {}, materials: {}, objects: {} }, 3);
+  context.mock.timers.tick(50);
+  assert.deepEqual([sent.length, shown(), history.own, history.canUndo], [1, undefined, false, false]);
+});
+
+test("own edits that the browser kept are so again", () => {
+  history.restart(false, RUN, /** @type {any} */ (lamp(3)));
+  assert.equal(shown(), 3);
+  told({ lights: {}, materials: {}, objects: {} }, 0);
+  told({ lights: {}, materials: {}, objects: {} }, 1, true);
+  assert.deepEqual([owned, sent.at(-1)?.patch.lights], [[[1, true, false]], { lamp: { intensity: 3 } }]);
 });
 
 test("what the server refuses is no step to be undone", (context) => {
