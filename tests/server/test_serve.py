@@ -96,7 +96,7 @@ def test_words_that_cannot_be_written_stop_no_renderer(monkeypatch: pytest.Monke
     for name, stream in zip(("stdout", "stderr"), written, strict=True):
         monkeypatch.setattr(sys, name, stream)
     for activity in (Activity(EngineState.STARTING, "compiling"), READY, RECOVERING):
-        engines.engines[0]._set_activity(activity)
+        engines.engines[0].set_activity(activity)
     assert [stream.getvalue() for stream in written] == [
         "http://localhost\n",
         "lumenwalk: compiling\nlumenwalk: starting the renderer again\n",

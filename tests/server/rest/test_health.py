@@ -44,7 +44,7 @@ def test_a_render_that_breaks_the_renderer_makes_it_unready_for_a_moment(
     lost = running.http.post("/api/v1/render", json={"size": [8, 8], "settings": {"seed": seed}})
     assert lost.status_code == 503
     assert "Retry-After" in lost.headers
-    running.service.engines.engines[0]._hang_seconds = PATIENCE
+    running.service.engines.engines[0]._jobs.hang_seconds = PATIENCE
     wait_unready(running)
     running.wait_ready()
     assert running.http.get("/readyz").json()["restarts"] == 1
