@@ -22,7 +22,7 @@ from gpu.device_scene.surface import Surface
 
 # Sequences of samples by which sides of what is translucent are chosen, one a vertex: beside all others.
 SIDE_PAIR = wp.constant(512)
-# Of even light with a surface, by how much of it arrives.
+# Between light that comes evenly and the normal, in the mean over what arrives.
 MEAN_COSINE = wp.constant(2.0 / 3.0)
 # Of even light, by which is divided.
 LEAST_REFLECTED = wp.constant(wp.vec3(1.0e-6, 1.0e-6, 1.0e-6))

@@ -13,8 +13,9 @@ from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, even_throug
 from gpu.gbuffer.specular_chain import ChainEnd, ChainSamples
 from gpu.sampling.sobol import sobol_pair_at
 
-# A side that scatters little may be lit by much more: it is drawn as often as this at least.
+# A side that scatters little may be lit by much more: it is drawn as often as this at least, but for what rounding has.
 LEAST_OFTEN = wp.constant(0.3)
+LEAST_SCATTERED = wp.constant(1.0e-4)
 
 
 @wp.func
@@ -28,7 +29,7 @@ def drawn_side(end: ChainEnd, samples: ChainSamples, pixel: int, image: ImageSiz
     through = largest(even_through(surface))
     front = largest(even_reflectance(surface, end.to_viewer) - even_through(surface))
     share = float(1.0)
-    if front > 0.0:
+    if front > LEAST_SCATTERED:
         share = wp.clamp(through / (through + front), LEAST_OFTEN, 1.0 - LEAST_OFTEN)
     place = morton_2d(pixel % image.width, pixel // image.width)
     if sobol_pair_at(place, samples.frame_index[0], SIDE_PAIR, samples.seed).x < share:

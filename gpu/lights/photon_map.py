@@ -17,9 +17,10 @@ from gpu.lights.light_table import LightTable
 class Photons:
     """Photons in Morton order, those of one side of a surface together.
 
-    position, normal (photon,): where one arrives in unit space, the geometric normal on the side that it arrives from;
-    flux (photon,): what it brings, before anything is reflected [W]; bounce (photon,): how many surfaces its path met
-    before; count (1,): how many there are; places beyond hold nothing. bounces: that paths have at most.
+    position, normal (photon,): where one arrives in unit space, the geometric normal on the side that it arrives from,
+    of what is translucent on the side that it leaves; flux (photon,): what it brings, before anything is reflected [W];
+    bounce (photon,): how many surfaces its path met before; count (1,): how many there are; places beyond hold nothing.
+    bounces: that paths have at most.
     """
 
     position: wp.array[wp.vec3]
