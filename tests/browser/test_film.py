@@ -10,6 +10,12 @@ from looking import rest, wait_for, walk
 from playwright.sync_api import Page, expect
 from staged import Stage, visit
 
+# As if the page had been closed before its film was ready.
+CLOSED_BEFORE = """() => {
+    const ordered = JSON.parse(localStorage.getItem("lumenwalk film ordered"));
+    localStorage.setItem("lumenwalk film ordered", JSON.stringify({ ...ordered, told: false }));
+}"""
+
 
 @pytest.fixture
 def stage(page: Page, gradients: Running) -> Stage:
@@ -116,10 +122,16 @@ def test_the_server_renders_the_film_or_says_why_not(page: Page, stage: Stage, c
     set_seconds(page, "0.25")
     page.get_by_role("button", name="Render film").click()
     expect(page.locator("#film-state")).to_have_text("The film is ready", timeout=60_000)
-    stage.reload()  # the browser remembers what it ordered
+    stage.reload()  # the browser remembers what it ordered, and that it has told of it
+    page.keyboard.press("KeyB")
+    page.locator("#film summary").click()
+    expect(page.locator("#film-state")).to_have_text("The film is ready")
+    expect(page.locator("#toast")).to_be_hidden()
+    page.evaluate(CLOSED_BEFORE)
+    stage.reload()
     expect(page.locator("#toast")).to_have_text("The film is ready; see Bookmarks (B)")
     page.keyboard.press("KeyB")
-    expect(page.locator("#film-state")).to_have_text("The film is ready")
+    expect(page.locator("#film-state")).to_be_visible()
     with page.expect_download() as saving:
         page.get_by_role("link", name="Download film").click()
     assert saving.value.suggested_filename == "cornell-box.mp4"

@@ -10,7 +10,7 @@ import { button, byId, text } from "./page.js";
 /** @typedef {import("../film-job.js").JobInfo} JobInfo */
 /** @typedef {{name: string, wanted: Readonly<Record<string, unknown>>, settings: Readonly<Record<string, unknown>>}} Order  name: of the file */
 
-/** What the browser remembers: {url, name}, or null. */
+/** What the browser remembers: {url, name, told: that it is ready}, or null. */
 const ORDERED = "film ordered";
 
 export class FilmOrder {
@@ -33,7 +33,7 @@ export class FilmOrder {
   #enough = false;
   /** From the order to its end. */
   #busy = false;
-  /** What goes on. @type {{job: JobInfo, name: string, ignore: () => void} | null} */
+  /** What goes on; told: that it is ready. @type {{job: JobInfo, name: string, told: boolean, ignore: () => void} | null} */
   #current = null;
 
   /**
@@ -76,7 +76,7 @@ export class FilmOrder {
     };
     this.#work(true);
     try {
-      this.#watch(await orderFilm(this.#api, wanted), order.name);
+      this.#watch(await orderFilm(this.#api, wanted), order.name, false);
     } catch (error) {
       this.#forget(error instanceof FilmError ? error.message : String(error));
     }
@@ -84,14 +84,14 @@ export class FilmOrder {
 
   /** Goes on with what was ordered before the page was loaded. */
   async #resume() {
-    const { url, name } = /** @type {{url?: unknown, name?: unknown}} */ (load(ORDERED) ?? {});
+    const { url, name, told } = /** @type {{url?: unknown, name?: unknown, told?: unknown}} */ (load(ORDERED) ?? {});
     if (typeof url !== "string" || typeof name !== "string") return;
     const job = await findFilm(this.#api, url).catch(() => undefined);
     if (this.#busy || job === undefined) return; // it may say more when the page is loaded again
     if (!job) return void save(ORDERED, null);
-    this.#section.open = true; // where its sheet is opened
+    this.#section.open = told !== true; // where its sheet is opened
     this.#work(true);
-    this.#watch(job, name);
+    this.#watch(job, name, told === true);
     if (this.#current) this.#tellClosed("Your film is being rendered");
   }
 
@@ -100,11 +100,11 @@ export class FilmOrder {
     if (!this.#box.checkVisibility()) this.#tell(`${words}; see Bookmarks (B)`);
   }
 
-  /** @param {JobInfo} job @param {string} name */
-  #watch(job, name) {
-    save(ORDERED, { url: job.url, name });
+  /** @param {JobInfo} job @param {string} name @param {boolean} told  that it is ready */
+  #watch(job, name, told) {
+    save(ORDERED, { url: job.url, name, told });
     const lost = (/** @type {string} */ words) => this.#end(words);
-    this.#current = { job, name, ignore: watchFilm(job, (now) => this.#told(now), lost) };
+    this.#current = { job, name, told, ignore: watchFilm(job, (now) => this.#told(now), lost) };
     this.#box.hidden = this.#progress.hidden = this.#cancel.hidden = false;
     this.#result.hidden = true;
     this.#told(job);
@@ -123,11 +123,13 @@ export class FilmOrder {
     }
     if (state === "cancelled") return this.#forget("");
     if (state !== "done") return;
-    Object.assign(this.#result, { href: resultOf(job), download: `${this.#current.name}.mp4`, hidden: false });
+    const { name, told } = this.#current;
+    Object.assign(this.#result, { href: resultOf(job), download: `${name}.mp4`, hidden: false });
     this.#current = null;
     this.#state.textContent = "The film is ready";
     this.#progress.hidden = this.#cancel.hidden = true;
-    this.#tellClosed("The film is ready");
+    if (!told) this.#tellClosed("The film is ready");
+    save(ORDERED, { url: job.url, name, told: true });
     this.#work(false);
   }
 
