@@ -9,10 +9,10 @@ from gpu.core.device import duplicate, overwrite
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table, power_cdf, probabilities
-from gpu.lights.light_table import DIRECTIONAL, LightTable
+from gpu.lights.light_table import DIRECTIONAL, LightTable, PowerCdf
 from gpu.lights.sun_map import SunMaps
 from gpu.scene.lighting.path_light import path_light, path_light_shares
-from gpu.scene.types import Scene, same_sky
+from gpu.scene.types import Mask, Scene, same_sky
 
 # Of all paths, those that begin at suns which light nothing that cameras find, where there are other emitters.
 _UNSEEN_SHARE = 0.2
@@ -34,23 +34,29 @@ def _same_paths(one: Scene, other: Scene) -> bool:
     return same_sky(one.sky, other.sky) and one.materials == other.materials and one.lights == other.lights
 
 
+def unseen_suns(table: LightTable) -> Mask:
+    """Which emitters (emitter,) are suns whose maps show that cameras find nothing which they light."""
+    unseen, first = np.zeros(table.count, bool), table.triangle_count + table.sky_count
+    lit = table.suns.cumulative.numpy()[:, -1] > 0.0
+    unseen[first : first + len(lit)] = ~lit & (table.lights.numpy()["kind"][: len(lit)] == DIRECTIONAL)
+    return unseen
+
+
 def by_reach(table: LightTable) -> LightTable:
-    """`table`, whose emitters are chosen by power, with a choice by what can reach what is seen, too: where the map of
-    a sun shows that cameras find nothing which it lights, as from a closed room, it is seldom chosen. By its power it
-    would always be.
+    """`table`, whose emitters are chosen by power, with a choice of its own by what can reach what is seen, too: where
+    the map of a sun shows that cameras find nothing which it lights, as from a closed room, it is seldom chosen. By its
+    power it would always be.
     """
     made = duplicate(LightTable, table)
-    lit = table.suns.cumulative.numpy()[:, -1] > 0.0
-    dark = ~lit & (table.lights.numpy()["kind"][: len(lit)] == DIRECTIONAL) if len(lit) else lit
-    if not dark.any():
-        return made
-    first, shares = table.triangle_count + table.sky_count, probabilities(table.all_emitters)
-    unseen = np.zeros(len(shares), bool)
-    unseen[first : first + len(dark)] = dark
-    others, hidden = shares[~unseen].sum(), shares[unseen].sum()
-    if others > 0.0 and hidden > _UNSEEN_SHARE:
-        shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
-    made.all_emitters = power_cdf(shares, table.all_emitters.cumulative.device)
+    chosen, unseen = duplicate(PowerCdf, table.all_emitters), unseen_suns(table)
+    chosen.cumulative = wp.clone(table.all_emitters.cumulative)
+    if unseen.any():
+        shares = probabilities(table.all_emitters)
+        others, hidden = shares[~unseen].sum(), shares[unseen].sum()
+        if others > 0.0 and hidden > _UNSEEN_SHARE:
+            shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
+        chosen = power_cdf(shares, table.all_emitters.cumulative.device)
+    made.all_emitters = chosen
     if made.enumerated_count == 0:
         made.sampled = made.all_emitters
     return made

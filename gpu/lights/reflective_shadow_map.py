@@ -26,6 +26,7 @@ from gpu.lights.emission import Particle, emit, sun_particle
 from gpu.lights.light_chain import Flight, unscattered
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import DIRECTIONAL, LightTable, PowerCdf, choose_emitter, is_light, is_triangle
+from gpu.lights.path_light import unseen_suns
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS, ShadowMapParameters
 from gpu.lights.sun_map import image_place
 from gpu.sampling.sobol import TO_UNIT, Pair, sobol_pair
@@ -179,8 +180,13 @@ def make_shadow_maps(device_scene: DeviceScene, table: LightTable, by_power: Pow
     first = np.append(0, last[:-1])
     # One that has all values loses the last of them: 2³² is no 32-bit number.
     width = np.minimum(last - first, WHOLE - 1)
-    reach, power = (np.bincount(groups, probabilities(each)) for each in (table.all_emitters, by_power))
-    worth = reach / np.maximum(power, 1.0 / WHOLE)
+    unseen = np.bincount(groups, ~unseen_suns(table)) == 0
+    worth = np.ones(len(first))
+    if unseen.any() and not unseen.all():
+        reach, power = (np.bincount(groups, probabilities(each)) for each in (table.all_emitters, by_power))
+        least = 1.0 / WHOLE
+        now, by_itself = (each[unseen].sum() / max(each[~unseen].sum(), least) for each in (reach, power))
+        worth[unseen] = min(now / max(by_itself, least), 1.0)
     maps = ShadowMaps()
     maps.count, maps.side, maps.atlas_side = len(first), side, side
     while (maps.atlas_side // side) ** 2 < maps.count:
@@ -188,5 +194,5 @@ def make_shadow_maps(device_scene: DeviceScene, table: LightTable, by_power: Pow
     maps.first = wp.array(first.astype(np.uint32), dtype=wp.uint32, device=device)
     maps.width = wp.array(width.astype(np.uint32), dtype=wp.uint32, device=device)
     maps.halvings = wp.array(halvings_of(width.astype(np.float64), side, chosen), dtype=int, device=device)
-    maps.worth = wp.array(worth / worth.max(), dtype=float, device=device)
+    maps.worth = wp.array(worth, dtype=float, device=device)
     return maps

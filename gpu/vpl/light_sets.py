@@ -70,7 +70,7 @@ class LightSets:
             table.suns = sun_maps_of(edited, table)
         else:
             table.suns = self.table.suns
-        by_power = table.all_emitters
+        by_power, sampled = table.all_emitters, table.sampled
         table = by_reach(table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
@@ -80,7 +80,7 @@ class LightSets:
         scene.become(edited)
         overwrite(LightTable, self.table, table)
         resident = duplicate(LightTable, self.table)
-        resident.all_emitters = by_power
+        resident.all_emitters, resident.sampled = by_power, sampled
         self._emitters = Emitters(resident, emitters.powers)
         self.version += 1
         if not same_paths:

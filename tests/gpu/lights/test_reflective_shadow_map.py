@@ -9,6 +9,7 @@ from scenes import box, grey, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls
+from gpu.lights.path_light import by_reach
 from gpu.lights.reflective_shadow_map import (
     ShadowMaps,
     halvings_of,
@@ -92,6 +93,17 @@ def test_a_sun_is_mapped_from_all_around_the_scene() -> None:
     assert maps.count == 1
     assert lit.mean() == pytest.approx(1.4 / (np.pi * 0.75), abs=0.02)
     assert {round(float(x), 3) for x in position[lit][:, 1]} >= {0.5}
+
+
+def test_all_but_a_sun_that_lights_nothing_seen_is_worth_the_same_however_faint() -> None:
+    faint = [replace(POINT, intensity=(1e-5 * step,) * 3) for step in (1, 2, 3)]
+    device_scene = resident_of(box(), [grey(0.5)], lights=[replace(SUN, intensity=(9.0, 9.0, 9.0)), POINT, *faint])
+    table = build_light_table(device_scene)
+    table.suns = sun_maps(np.zeros((1, 256, 256), np.int32), device_scene.device)
+    maps = make_shadow_maps(device_scene, by_reach(table), table.all_emitters, SIDE)
+    sun, *others = maps.worth.numpy().tolist()
+    assert 0.0 < sun < 0.9
+    assert others == [1.0] * 4
 
 
 def test_the_same_seed_gives_the_same_maps() -> None:

@@ -13,6 +13,8 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table, probabilities
 from gpu.lights.light_paths import Vpls
 from gpu.scene.camera import look_at
+from gpu.scene.edits import ObjectEdit, SceneEdits, edited
+from gpu.scene.scene_parts import MeshPart
 from gpu.scene.types import Camera, Light, LightKind
 from gpu.vpl.light_sets import LightSets
 from gpu.vpl.sun_importance import WalkParameters, sun_maps_of
@@ -22,7 +24,8 @@ LAMP = Light("lamp", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.0, 0.0, 0.0))
 WINDOW, ALBEDO, PATHS = 0.2, 0.5, 1 << 14
 
 
-def room(lights: Sequence[Light] = (SUN,), cameras: Sequence[Camera] | None = None) -> DeviceScene:
+def room(lights: Sequence[Light] = (SUN,), cameras: Sequence[Camera] | None = None,
+         more: Sequence[MeshPart] = ()) -> DeviceScene:  # fmt: skip
     """A cube on a wide ground, with a window of WINDOW² in its roof; all seen from inside."""
     walls = [part for part in box(half=0.5) if not (part.positions[:, 1] == 0.5).all()]
     inner, outer = WINDOW / 2.0, 0.5
@@ -37,7 +40,7 @@ def room(lights: Sequence[Light] = (SUN,), cameras: Sequence[Camera] | None = No
     ]
     ground = quad((-4.0, -0.6, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))
     inside = [look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0))] if cameras is None else cameras
-    scene = scene_of([*walls, *roof, ground], [grey(ALBEDO)], lights)
+    scene = scene_of([*walls, *roof, ground, *more], [grey(ALBEDO)], lights)
     return DeviceScene(replace(scene, cameras=tuple(inside)), "cpu")
 
 
@@ -123,6 +126,19 @@ def test_a_room_next_door_matters_but_far_less_than_the_one_that_is_seen() -> No
     scene = replace(scene_of([*walls, *floors], [grey(ALBEDO)], [SUN]), cameras=(seen,))
     next_door = map_of(DeviceScene(scene, "cpu"))[:, 128:].sum()
     assert 0.07 < next_door < 0.11
+
+
+def test_a_sun_that_is_let_in_and_kept_out_again_has_its_light_paths_by_what_is_seen() -> None:
+    strong, lamp = replace(SUN, intensity=(1e5, 1e5, 1e5)), replace(LAMP, intensity=(1.0, 2.0, 3.0))
+    lid = replace(quad((-0.2, 0.5, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4)), name="lid")
+    base = room([strong, lamp], more=[lid])
+    off = edited(base.scene, SceneEdits(objects={"lid": ObjectEdit(offset=(1.0, 0.0, 0.0))}))
+    sets = LightSets(base.edited(off))
+    for scene, sun in ((base.scene, 0.2), (off, 1.0), (base.scene, 0.2), (off, 1.0)):
+        assert sets.follow(base.edited(scene))
+        for table in (sets.table, sets._path_light.table):
+            assert probabilities(table.all_emitters)[0] == pytest.approx(sun, abs=1e-4)
+        assert probabilities(sets.by_power)[0] == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_sun_that_lights_nothing_seen_has_few_of_the_light_paths() -> None:
