@@ -171,6 +171,7 @@ export class EditHistory {
   setOwn(own, share = false) {
     clearTimeout(this.#timer);
     this.#flush();
+    if (!own) this.#kept = null; // which would be for all to see
     this.#belong(own);
     this.#sent.push({ id: ++this.#id, patch: {} });
     this.#sendOwn(this.#id, own, share);
@@ -228,6 +229,10 @@ export class EditHistory {
 
   /** @param {ScenePatch} patch */
   #ask(patch) {
+    if (this.#kept && this.#asked === 0) {
+      this.#kept = /** @type {SceneEdits} */ (merge(this.#kept, patch)); // nobody else is to see it
+      return this.#changed();
+    }
     this.#next = /** @type {ScenePatch} */ (compose(this.#next ?? {}, patch));
     if (this.#timer === undefined) this.#flush();
     this.#changed();

@@ -164,6 +164,30 @@ test("own edits that cannot be so on the next connection are shown to nobody", (
   assert.deepEqual([sent.length, shown(), history.own, history.canUndo], [1, undefined, false, false]);
 });
 
+test("what is done before own edits are so again is shown to nobody else", (context) => {
+  history.restart(false, RUN, /** @type {any} */ (lamp(3)));
+  history.edit({ lights: { sky: { on: false } } });
+  context.mock.timers.tick(50);
+  assert.deepEqual([sent, history.edits.lights], [[], { lamp: { intensity: 3 }, sky: { on: false } }]);
+  told({ lights: {}, materials: {}, objects: {} }, 0);
+  told({ lights: {}, materials: {}, objects: {} }, 1, true);
+  assert.deepEqual([owned, sent.map(({ id }) => id)], [[[1, true, false]], [2]]);
+  assert.deepEqual(sent[0]?.patch.lights, { lamp: { intensity: 3 }, sky: { on: false } });
+  history.undo();
+  context.mock.timers.tick(50);
+  assert.deepEqual([shown(), history.edits.lights["sky"]?.on], [3, undefined]);
+});
+
+test("own edits that are given up before they are so again are sent to nobody", (context) => {
+  history.restart(false, RUN, /** @type {any} */ (lamp(3)));
+  told({ lights: {}, materials: {}, objects: {} }, 0);
+  history.setOwn(false);
+  told({ lights: {}, materials: {}, objects: {} }, 1, true);
+  told({ lights: {}, materials: {}, objects: {} }, 2);
+  context.mock.timers.tick(50);
+  assert.deepEqual([sent, shown(), history.own], [[], undefined, false]);
+});
+
 test("own edits that the browser kept are so again", () => {
   history.restart(false, RUN, /** @type {any} */ (lamp(3)));
   assert.equal(shown(), 3);
