@@ -254,6 +254,7 @@ def direct_light_kernel(features: SceneFeatures, learnt: bool) -> wp.Kernel:
         if gbuffer.face[pixel] == NO_HIT:
             return
         scene = specialise(scene)
+        gbuffer.translucent = wp.static(features.translucent)
         surface = surface_of_pixel(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))

@@ -119,10 +119,10 @@ def learnt_pick(selection: LightSelection, bins: int, x: float) -> LightPick:
     return pick
 
 
-@made_for("masks", "alpha", "cutouts", "textures", "panes", "environment")
+@made_for("masks", "alpha", "cutouts", "textures", "panes", "environment", "translucent")
 def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
-    specialise = specialisation(features)
+    specialise, translucent = specialisation(features), features.translucent
 
     @wp.kernel(module="unique")
     def probe_lights_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, image: ImageSize,
@@ -152,7 +152,7 @@ def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
         value = (wp.uint32(index) << IN_BIN) + (pick.a >> wp.uint32(BIN_BITS))
         sample = sample_light(scene, table, table.sampled, position, value, point)
         cosine = wp.dot(gbuffer.normal[pixel], sample.direction)
-        if gbuffer.translucent:
+        if wp.static(translucent) and gbuffer.translucent:
             behind = cosine < 0.0 and largest(gbuffer.through[pixel]) > 0.0
             cosine = wp.where(behind, -cosine, cosine)
             normal = wp.where(behind, -normal, normal)

@@ -193,6 +193,7 @@ def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int
 def add_gloss_kernel(first: int, gbuffer: GBuffer, found: LobeLight, radiance: wp.array[wp.vec3]) -> None:
     """One thread a pixel: adds to `radiance` (pixel,) what its specular lobe or its glass shows of what is `found`."""
     pixel = first + wp.tid()
+    gbuffer.translucent = False  # a lobe's share does not depend on it
     if found.reach[pixel] > 0.0:
         share = traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel])
         if share > 0.0:

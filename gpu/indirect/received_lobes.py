@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.device_scene.bsdf import is_followed, is_translucent
+from gpu.device_scene.bsdf import is_followed
 from gpu.device_scene.even_light import LEAST_REFLECTED, even_reflectance, even_through, over_even
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
 
@@ -18,10 +18,10 @@ def received_by_lobe(gbuffer: GBuffer, pixel: int, to_light: wp.vec3) -> wp.vec3
         if not is_followed(surface):
             view = gbuffer.to_camera[pixel]
             albedo = gbuffer.albedo[pixel]
-            if is_translucent(surface):
+            if gbuffer.translucent:
                 # Of the albedo, light from the viewer's side has this.
                 albedo -= even_through(surface)
-                surface.through = wp.vec3(0.0, 0.0, 0.0)
+            surface.through = wp.vec3(0.0, 0.0, 0.0)
             even = even_reflectance(surface, view)
             albedo = wp.max(albedo, LEAST_REFLECTED)
             share += wp.cw_div(wp.cw_mul(over_even(surface, view, to_light, even) - share, even), albedo)
