@@ -171,9 +171,13 @@ export class EditHistory {
   setOwn(own, share = false) {
     clearTimeout(this.#timer);
     this.#flush();
-    if (!own) this.#kept = null; // which would be for all to see
+    const shared = /** @type {ScenePatch} */ (share ? this.edits : {});
+    if (!own) {
+      this.#kept = null; // neither this nor what no connection took is for all to see, unless it is shared
+      this.#sent = this.#sent.map(({ id }) => ({ id, patch: {} }));
+    }
     this.#belong(own);
-    this.#sent.push({ id: ++this.#id, patch: {} });
+    this.#sent.push({ id: ++this.#id, patch: shared });
     this.#sendOwn(this.#id, own, share);
     this.#changed();
   }

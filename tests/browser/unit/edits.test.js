@@ -188,6 +188,22 @@ test("own edits that are given up before they are so again are sent to nobody", 
   assert.deepEqual([sent, shown(), history.own], [[], undefined, false]);
 });
 
+for (const share of [false, true])
+  test(`own edits that are given up without a connection are ${share ? "shared" : "shown to nobody"} on the next`, (context) => {
+    history.setOwn(true);
+    history.edit(lamp(3));
+    told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 2, true);
+    context.mock.timers.tick(50);
+    history.edit({ lights: { sky: { on: false } } });
+    history.setOwn(false, share);
+    sent = [];
+    history.restart(true, RUN);
+    const lights = share ? { lamp: { intensity: 3 }, sky: { on: false } } : undefined;
+    assert.deepEqual([sent.length, sent.at(-1)?.patch.lights], [Number(share), lights]);
+    told({ lights: lights ?? {}, materials: {}, objects: {} }, sent.at(-1)?.id ?? 0);
+    assert.deepEqual([history.own, history.edits.lights], [false, lights ?? {}]);
+  });
+
 test("own edits that the browser kept are so again", () => {
   history.restart(false, RUN, /** @type {any} */ (lamp(3)));
   assert.equal(shown(), 3);
