@@ -44,8 +44,11 @@ def camera_walk_kernel(first: int, scene: SceneData, cameras: wp.array[CameraDat
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
-        if is_translucent(surface):
-            surface = matt_side(surface, -direction, 0.0, sobol_pair(walk, SIDE_PAIR + vertex, 0).x)
+        side = sobol_pair(walk, SIDE_PAIR + vertex, 0)
+        if side.y < surface.glass:
+            surface.geometric_normal = -surface.geometric_normal
+        elif is_translucent(surface):
+            surface = matt_side(surface, -direction, 0.0, side.x)
         visited = WalkVertex()
         visited.position = surface.position
         visited.normal = surface.geometric_normal
