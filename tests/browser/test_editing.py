@@ -140,6 +140,7 @@ def test_keys_move_what_is_chosen_and_not_the_camera(page: Page, stage: Stage) -
     expect(handle).to_have_attribute("aria-valuetext", "-0.48 m")
     handle.press("PageUp")  # ten steps: to the end of the scene
     expect(handle).to_have_attribute("aria-valuetext", "0.9 m")
+    hears(stage, {"objects": {"chair": {"offset": [0.9, 0, 0]}}})
     edits = len(stage.all("edit"))
     handle.press("ArrowRight")
     expect(page.locator("#toast")).to_have_text("chair stays within the box of the scene")
