@@ -37,6 +37,8 @@ def _same_paths(one: Scene, other: Scene) -> bool:
 def unseen_suns(table: LightTable) -> Mask:
     """Which emitters (emitter,) are suns whose maps show that cameras find nothing which they light."""
     unseen, first = np.zeros(table.count, bool), table.triangle_count + table.sky_count
+    if table.suns.cumulative.shape[0] == 0:  # nothing is to be fetched while lights are edited
+        return unseen
     lit = table.suns.cumulative.numpy()[:, -1] > 0.0
     unseen[first : first + len(lit)] = ~lit & (table.lights.numpy()["kind"][: len(lit)] == DIRECTIONAL)
     return unseen

@@ -106,7 +106,7 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     # The mean of the whole picture is what dark means, so those that were refined are compared inside it.
     floor = 0.01 * exact.mean() ** 2
     error = [np.mean((x[refined] - exact[refined]) ** 2 / (exact[refined] ** 2 + floor)) for x in (smoothed, after)]
-    assert error[1] < 0.85 * error[0]
+    assert error[1] < min(0.85 * error[0], 0.007)
     others = np.setdiff1d(np.arange(view.pixels), refined)
     assert np.allclose(after[others], smoothed[others])
 

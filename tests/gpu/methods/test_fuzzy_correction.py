@@ -43,7 +43,7 @@ def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatc
         errors.append([np.mean((frame.radiance()[changed] - reference[changed]) ** 2 * weights)
                        for frame in (plain, refined)])  # fmt: skip
     before, after = np.mean(errors, axis=0)
-    assert after < 0.7 * before
+    assert after < min(0.7 * before, 0.013)
 
 
 def test_so_many_points_a_cluster_have_more_rays(room: DeviceScene) -> None:
