@@ -10,12 +10,15 @@ import { compose, inverse, merge, removal, replaced, without } from "./merge.js"
 /** @typedef {import("./messages.js").ScenePatch} ScenePatch */
 /** @typedef {{id: number, patch: ScenePatch}} Part  of what was done, by the message that it is in */
 /**
- * What was done. asked: the message that undoes it, or does it again; what: the gesture that it is of, if that goes on.
+ * What was done. asked: the message that undoes it, or does it again, or `REFUSED`; what: the gesture that it is of, if
+ * that goes on.
  * @typedef {{undo: ScenePatch, parts: Part[], asked: number, what: string | null}} Step
  */
 
 /** Between two messages [ms]: fewer than the server takes. */
 const REST = 40;
+/** Instead of a message that the server refused. */
+const REFUSED = -1;
 /** A scene as its file has it. @type {SceneEdits} */
 const NONE = { time: null, animation: null, lights: {}, materials: {}, objects: {} };
 
@@ -147,9 +150,9 @@ export class EditHistory {
   refused(id) {
     this.#sent = this.#sent.filter((it) => it.id !== id);
     if (id === this.#asked) this.#kept = null; // nobody else is to see them
-    giveBack(this.#done, this.#undone, id);
-    giveBack(this.#undone, this.#done, id);
     const steps = this.#steps;
+    for (const step of steps) if (step.asked === id) step.asked = REFUSED;
+    this.#giveBack();
     for (const [number, step] of steps.entries()) {
       if (step.parts.every((part) => part.id !== id)) continue;
       step.parts = step.parts.filter((part) => part.id !== id);
@@ -162,6 +165,12 @@ export class EditHistory {
     this.#done = this.#done.filter(({ parts }) => parts.length > 0);
     this.#undone = this.#undone.filter(({ parts }) => parts.length > 0);
     this.#changed();
+  }
+
+  /** What refused messages were to undo, or do again, is where it was, as soon as nothing that was is on top of it. */
+  #giveBack() {
+    giveBack(this.#done, this.#undone);
+    giveBack(this.#undone, this.#done);
   }
 
   /**
@@ -228,6 +237,7 @@ export class EditHistory {
     const id = this.#id + 1;
     step.asked = step.asked === id ? 0 : id; // there and back in one message is nothing
     to.push(step);
+    this.#giveBack();
     this.#ask(way(step));
   }
 
@@ -256,9 +266,9 @@ export class EditHistory {
 /** @param {Step} step @returns {ScenePatch} */
 const redoOf = ({ parts }) => /** @type {ScenePatch} */ (parts.reduce((made, { patch }) => compose(made, patch), /** @type {unknown} */ ({})));
 
-/** What a refused message was to undo, or do again, is where it was. @param {Step[]} from @param {Step[]} to @param {number} id */
-function giveBack(from, to, id) {
-  while (from.at(-1)?.asked === id) {
+/** @param {Step[]} from @param {Step[]} to */
+function giveBack(from, to) {
+  while (from.at(-1)?.asked === REFUSED) {
     const step = /** @type {Step} */ (from.pop());
     step.asked = 0;
     to.push(step);

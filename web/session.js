@@ -33,6 +33,8 @@ export class Session {
   #granted;
   /** What was wanted before a change of scene, to go back to if that fails. @type {SceneInfo | null} */
   #previous = null;
+  /** Edits of that scene which were made since, for when it fails. @type {import("./messages.js").ViewerMessage[]} */
+  #held = [];
   #poseId = 0;
   /** Newest frame acknowledged on this connection. */
   #acknowledged = 0;
@@ -110,14 +112,20 @@ export class Session {
     this.#connection.send({ type: "pose", id: this.#poseId, matrix, yfov, near });
   }
 
-  /** Changes the scene, for all who look at it or for this viewer; nothing while another one is read. @param {number} id @param {import("./protocol.js").ScenePatch} patch */
+  /** Changes the scene, for all who look at it or for this viewer; while another one is read, if that fails. @param {number} id @param {import("./protocol.js").ScenePatch} patch */
   edit(id, patch) {
-    if (this.#connection.open && this.scene !== null) this.#connection.send({ type: "edit", id, patch });
+    this.#change({ type: "edit", id, patch });
   }
 
   /** Has edits be this viewer's own, or those of all. @param {number} id @param {boolean} own @param {boolean} share  those of all become what its own were */
   own(id, own, share) {
-    if (this.#connection.open && this.scene !== null) this.#connection.send({ type: "own", id, own, share });
+    this.#change({ type: "own", id, own, share });
+  }
+
+  /** @param {import("./messages.js").Edit | import("./messages.js").Own} message */
+  #change(message) {
+    if (this.scene === null) this.#held.push(message);
+    else this.#connection.send(message);
   }
 
   /** Milliseconds since the pose of this frame was sent; null if an earlier frame showed it. @param {Frame} frame */
@@ -130,6 +138,7 @@ export class Session {
   /** @param {import("./connection.js").ConnectionState} state */
   #connectionState(state) {
     this.scene = this.#previous = null;
+    this.#held = [];
     this.#sentAt.clear();
     if (state.state === "open") {
       this.#epoch += 1;
@@ -159,6 +168,7 @@ export class Session {
         return this.#events.welcome(message);
       case "scene":
         this.scene = message;
+        this.#held = [];
         this.#wanted.scene = message.id;
         this.#wanted.scene_options = message.options;
         return this.#events.scene(message);
@@ -186,6 +196,7 @@ export class Session {
     this.scene = this.#previous;
     this.#wanted.scene = this.#previous.id;
     this.#wanted.scene_options = this.#previous.options;
+    for (const message of this.#held.splice(0)) this.#connection.send(message);
   }
 }
 

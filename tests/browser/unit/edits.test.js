@@ -290,6 +290,30 @@ test("an undo that the server refuses can be done again", (context) => {
   }
 });
 
+test("of undos in several messages those that the server refuses are in force, whichever these are", (context) => {
+  const undos = (/** @type {number[]} */ ...refused) => {
+    history.restart(false, RUN);
+    sent = [];
+    apart(context, lamp(1), { lights: { sky: { intensity: 2 } } }, lamp(3));
+    for (let count = 0; count < 2; count++) {
+      history.undo();
+      context.mock.timers.tick(50);
+    }
+    const [, , , first, second] = sent.map(({ id }) => id);
+    for (const number of refused) history.refused(/** @type {number} */ ([first, second][number]));
+  };
+  undos(0, 1);
+  assert.deepEqual([shown(), history.canRedo], [3, false]);
+  history.undo();
+  assert.deepEqual([shown(), history.edits.lights["sky"]?.intensity], [1, 2]);
+  undos(0);
+  assert.deepEqual([shown(), history.edits.lights["sky"]?.intensity, history.canRedo], [3, undefined, true]);
+  history.redo();
+  assert.deepEqual([shown(), history.edits.lights["sky"]?.intensity, history.canRedo], [3, 2, false]);
+  history.undo();
+  assert.deepEqual([shown(), history.edits.lights["sky"]?.intensity], [1, 2]);
+});
+
 test("what was not answered on a connection and is refused on the next is no step", () => {
   history.edit(lamp(-1));
   history.restart(true, RUN);
