@@ -24,6 +24,7 @@ from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
 from server.http.websocket import WebSocket
+from server.jobs import Jobs
 from server.render.engine_pool import EnginePool
 from server.rest import assign as assign_api
 from server.rest import docs, health
@@ -39,6 +40,7 @@ from server.rest.pages import FOLDER, Pages
 from server.results import FOLDER as RESULTS
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import CHECK, Checker
+from server.scenes.kept_edits import KeptEdits
 from server.scenes.uploads import Uploads
 from server.service import Service
 from server.settings import ServerSettings
@@ -68,10 +70,13 @@ def create_app(settings: ServerSettings, engines: EnginePool | None = None, chec
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        results = settings.uploads_dir / RESULTS if settings.uploads and settings.uploads_dir is not None else None
-        if results is not None:
+        folder = settings.uploads_dir if settings.uploads else None
+        results = None if folder is None else folder / RESULTS
+        parts: list[EnginePool | Jobs | KeptEdits] = [engines, service.jobs]
+        if folder is not None and results is not None:
             service.jobs.restore(results)
-        tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in (engines, service.jobs)]
+            parts.append(KeptEdits(folder, service.edited, catalogue.find))
+        tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in parts]
         try:
             yield
         finally:

@@ -76,7 +76,14 @@ class Service:
         token = limits.token.get_secret_value() if limits.token else None
         self.replicas: Assigner | None = Replicas(limits.replicas, token) if limits.replicas else None
         self.edited = EditedScenes(limits.max_own_edits)
-        self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
+        self.residency = Residency(
+            self.engines,
+            self.checker,
+            limits.reserve_bytes,
+            self.in_use,
+            self.catalogue.touch,
+            self.edited.learn,
+        )
         waiting = limits.max_waiting_renders
         self.stills = Places("renders that wait", WAITING_OF_ALL * waiting, waiting)
         self.jobs = Jobs(

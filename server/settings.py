@@ -170,7 +170,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     exports: bool = Field(default=False, description="clients may download scenes, with their edits, as GLB files")
     uploads: bool = Field(default=True, description="clients may upload scenes")
     uploads_dir: Path | None = Field(
-        default=None, description="folder that keeps uploads; when not given, they go with the service"
+        default=None, description="folder that keeps uploads, edits and results of jobs; when not given, they go with the service"
     )
     max_uploads: int = Field(default=64, ge=1, le=10_000, description="uploads kept; the longest unused make room")
     max_upload_bytes: int = Field(default=512 * 2**20, ge=1024, description="of one uploaded file [bytes]")

@@ -48,6 +48,8 @@ export class EditHistory {
   #undone = [];
   /** Of the service that has these edits. */
   #run = "";
+  /** What another run has to know of, so that what was done can be undone. @type {SceneEdits | null} */
+  #doubted = null;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
 
@@ -84,7 +86,7 @@ export class EditHistory {
   /**
    * Another scene, or the same on another connection: nothing is on its way.
    * @param {boolean} stays  it is the same: edits of its own are so again, what the server has not answered is sent again,
-   *   and what was done can still be undone, unless it is gone with another run of the service
+   *   and what was done can still be undone, unless another run of the service turns out not to know of it
    * @param {string} run  of the service
    * @param {SceneEdits | null} [kept]  own ones of another scene from before
    */
@@ -92,7 +94,7 @@ export class EditHistory {
     const unanswered = stays && !this.own ? this.#unanswered.reduce(compose, {}) : {};
     this.#kept = !stays ? kept : this.own ? this.edits : this.#kept; // which a short connection may not have come to
     this.#asked = 0;
-    const lost = run !== this.#run && this.#kept === null;
+    this.#doubted = stays && run !== this.#run && this.#kept === null ? this.#known : null;
     this.#run = run;
     this.own = false;
     this.suns = {};
@@ -102,7 +104,7 @@ export class EditHistory {
     const ids = new Map(this.#sent.map(({ id }) => [id, this.#id + 1]));
     this.#sent = [];
     this.#next = null;
-    if (stays && !lost) this.end();
+    if (stays) this.end();
     else this.#forget();
     for (const step of this.#steps) {
       step.asked = ids.get(step.asked) ?? step.asked;
@@ -123,8 +125,16 @@ export class EditHistory {
     this.own = own;
   }
 
-  /** The server says what differs. @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows */
+  /**
+   * The server says what differs.
+   * @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows
+   * @returns {boolean} whether what was done here went with another run of it
+   */
   told({ edits, edit, own, suns }) {
+    const other = this.#doubted !== null && JSON.stringify(this.#doubted) !== JSON.stringify(edits);
+    const lost = other && this.#steps.length > 0;
+    if (lost) this.#forget();
+    this.#doubted = null;
     this.#known = edits;
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
@@ -139,6 +149,7 @@ export class EditHistory {
       this.#asked = this.#id;
     }
     this.#changed();
+    return lost;
   }
 
   /** In the order in which they are or were done. */

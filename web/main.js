@@ -72,7 +72,7 @@ const mixer = new Mixer({
   camera: () => camera.matrix(),
   redraw: wake,
   say: (words) => notice.say(words),
-  lost: () => notice.tell("The service has started anew: changes that all saw are gone"),
+  lost: () => notice.tell("The service has started anew: what was changed before cannot be undone"),
   save: saveScene,
 });
 const player = new Player((patch) => mixer.set(patch));

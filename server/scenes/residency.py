@@ -46,9 +46,10 @@ class Residency:
         reserve_bytes: int,
         in_use: Callable[[str], bool],
         touch: Callable[[str], None],
+        learned: Callable[[SceneRef, SceneInfo], None],
     ) -> None:
         """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
-        touch: hears the ids of scenes that are used.
+        touch: hears the ids of scenes that are used; learned: hears what is in one that was read.
         """
         self._engines = engines
         engines.fits = self._fits
@@ -56,6 +57,7 @@ class Residency:
         self._reserve_bytes = reserve_bytes
         self._in_use = in_use
         self._touch = touch
+        self._learned = learned
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
         self._opened: dict[SceneRef, SceneInfo] = {}
         self._loading = {engine: asyncio.Lock() for engine in engines.engines}
@@ -85,6 +87,7 @@ class Residency:
         for other in outdated | {*alike[: max(len(alike) - MOST_READINGS + 1, 0)]}:
             del self._checked[other]
         self._checked[scene] = checked
+        self._learned(scene, checked.info)
 
     async def inspect(self, scene: SceneRef) -> Checked:
         """What is in a scene, read in a child process the first time, of one client one at a time; errors as of
@@ -137,6 +140,7 @@ class Residency:
                 self._check_room(scene, engine)
                 kept = self._checker.kept.take(scene.source, scene.options)
                 self._opened[scene] = await engine.open(scene, kept.path if kept is not None else "")
+                self._learned(scene, self._opened[scene])
             return self._opened[scene]
 
     async def close(self, scene: SceneRef) -> None:

@@ -1,13 +1,16 @@
-"""What differs from the files of scenes, for all who look at them or one viewer, as long as the service runs."""
+"""What differs from the files of scenes, for all who look at them or one viewer."""
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Mapping
 
+from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, Editable, SceneEdits, check
 from server.refusals import TooBusyError
 from server.wire.browser import SceneInfo, ScenePatch
 from server.wire.scene_patch import patched
 from server.wire.worker import SceneRef
 
+log = logging.getLogger("lumenwalk.edits")
 MOST_EDITED = 64  # scenes whose edits are remembered; those that were not changed for longest are forgotten
 
 
@@ -27,9 +30,30 @@ class EditedScenes:
     def __init__(self, most_own: int = 8) -> None:
         """most_own: viewers that may have edits of their own."""
         self._edits: dict[SceneRef, SceneEdits] = {}  # in the order of their last change
+        self._restored = set[SceneRef]()  # whose edits nobody has held against what is in the scene
         self._own: dict[int, tuple[SceneRef, SceneEdits]] = {}  # by viewer
         self._most_own = most_own
         self.listeners: set[Callable[[SceneRef], None]] = set()
+
+    @property
+    def all(self) -> dict[SceneRef, SceneEdits]:
+        """Those that all see, the longest unchanged first."""
+        return dict(self._edits)
+
+    def restore(self, edits: Mapping[SceneRef, SceneEdits]) -> None:
+        """Have edits of an earlier service be those of all, before anybody looks."""
+        self._edits.update(edits)
+        self._restored.update(edits)
+
+    def learn(self, scene: SceneRef, info: SceneInfo) -> None:
+        """A scene was read: edits of an earlier service end that another program made of what it has not any more."""
+        if scene in self._restored:
+            self._restored.discard(scene)
+            try:
+                check(self.of(scene), editable(info))
+            except UserError as error:
+                log.warning("%s: kept edits do not fit the scene any more, and end: %s", scene.id, error)
+                self._set(scene, NO_EDITS)
 
     def of(self, scene: SceneRef, viewer: int | None = None) -> SceneEdits:
         """All that differs from a scene's file now, for a viewer or for all who have no edits of their own."""

@@ -160,9 +160,7 @@ export class Mixer {
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;
     if (!stays) this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
-    const could = this.#history.canUndo;
     this.#history.restart(stays, this.run, this.#kept(scene));
-    if (stays && could && !this.#history.canUndo) this.#events.lost();
   }
 
   /** Own edits of a scene that the tab had when it was left; once. @param {SceneInfo} scene @returns {import("../messages.js").SceneEdits | null} */
@@ -174,7 +172,7 @@ export class Mixer {
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */
   told(message) {
-    this.#history.told(message);
+    if (this.#history.told(message)) this.#events.lost();
   }
 
   /** The server refused an edit, and will say what differs. @param {number} id */

@@ -321,11 +321,19 @@ test("what was not answered on a connection and is refused on the next is no ste
   assert.deepEqual([shown(), history.canUndo], [undefined, false]);
 });
 
-test("steps of a service that is gone cannot be undone, but for those of this viewer's own edits", () => {
+test("steps of a service that is gone can be undone where the next one knows of them", () => {
+  const known = { lights: { lamp: { intensity: 2 } }, materials: {}, objects: {} };
   history.edit(lamp(2));
-  told({ lights: { lamp: { intensity: 2 } }, materials: {}, objects: {} }, 1);
+  assert.equal(told(known, 1), false);
   history.restart(true, "second");
+  assert.equal(told(known, 0), false);
+  assert.equal(history.canUndo, true);
+  history.restart(true, "third");
+  assert.equal(told({ lights: {}, materials: {}, objects: {} }, 0), true);
   assert.deepEqual([history.canUndo, shown()], [false, undefined]);
+});
+
+test("steps of this viewer's own edits can be undone in another service", () => {
   history.setOwn(true);
   history.edit(lamp(3));
   history.restart(true, "third");

@@ -20,6 +20,7 @@ from server.scenes.checked import Checked, SceneSize
 from server.scenes.checker import CHECK, Checker
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
+from server.wire.browser import SceneInfo
 from server.wire.worker import OpenScene, SceneRef
 
 MEGABYTE = 10**6
@@ -54,7 +55,7 @@ def residency(
     *engines: FakeEngine, check: Sequence[str] = ANY_CHECK, reserve_bytes: int = 0, used: tuple[str, ...] = ()
 ) -> Residency:
     checker = Checker(ServerSettings(), check)
-    return Residency(EnginePool(engines), checker, reserve_bytes, used.__contains__, lambda _: None)
+    return Residency(EnginePool(engines), checker, reserve_bytes, used.__contains__, lambda _: None, lambda *_: None)
 
 
 @pytest.fixture
@@ -261,7 +262,7 @@ def test_a_file_read_otherwise_is_read_and_loaded_beside_itself(hall: SceneRef) 
 def test_few_ways_to_read_a_file_are_remembered(hall: SceneRef) -> None:
     scenes = residency(FakeEngine())
     size = SceneSize(vertices=1, triangles=1, uv_sets=0, colored=False, materials=1, texels=0)
-    checked = Checked.model_construct(source=hall.source, size=size)
+    checked = Checked.model_construct(source=hall.source, size=size, info=SceneInfo.model_construct())
     readings = [replace(hall, options=ImportOptions(origin=(float(x), 0.0, 0.0))) for x in range(MOST_READINGS + 3)]
     for reading in readings:
         scenes.learn(reading, checked)
