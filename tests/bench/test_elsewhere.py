@@ -19,6 +19,23 @@ def test_views_are_turned_tilted_and_moved_from_the_scenes_own() -> None:
     assert np.allclose(seen["near"][:3, 3], (0.0, 0.0, -0.6))
 
 
+def test_rooms_are_looked_at_from_their_own_cameras() -> None:
+    scene = elsewhere.scene_of("steel-room")
+    assert [name for name, _ in elsewhere.views_of("steel-room", scene)] == ["room"]
+    assert [name for name, _ in elsewhere.views_of("cornell-box", scene)] == list(elsewhere.VIEWS)
+
+
+def test_a_blotch_counts_and_a_speck_that_a_blur_hides_is_counted_apart() -> None:
+    reference, picture = np.ones((60, 90, 3)), np.ones((60, 90, 3), np.float32)
+    picture[10, 10] = 9.0
+    picture[20, 20:22] = 0.1
+    darker, brighter = elsewhere.blotches(picture, reference)
+    assert -0.3 < darker < 0.0 < brighter < 0.7
+    assert elsewhere.specks(picture, reference) == (2, 1)
+    picture[30:50, 50:70] = 1.5
+    assert 0.45 < elsewhere.blotches(picture, reference)[1] < 0.7
+
+
 def test_each_view_has_errors_noise_and_pictures_unless_it_is_black(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
