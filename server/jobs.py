@@ -158,7 +158,8 @@ class Jobs:
         )
         kept = save(folder, zip(told, (job.result for job in done), strict=True)) if done and folder else 0
         if lost := len(done) - kept:
-            log.warning("the results of %d jobs are lost with the service; `uploads_dir` would keep them", lost)
+            advice = "" if folder else "; `uploads_dir` would keep them"
+            log.warning("the results of %d jobs are lost with the service%s", lost, advice)
 
     def restore(self, folder: Path) -> None:
         """Take up the results that the service before this one has kept."""
@@ -261,6 +262,8 @@ class Jobs:
         job.state = state
         if state in ENDED:
             self.ended[state] += 1
+            about = {"job": job.id, "scene": job.render.scene.id, "address": job.client}
+            log.info("job %s", state, extra=about | ({"error": job.error} if job.error else {}))
         job.samples = job.samples if samples is None else samples
         job.changed.set()
         job.changed = asyncio.Event()

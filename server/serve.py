@@ -1,5 +1,7 @@
 """Runs the service: its workers first, which take longest to be there, then all that serves."""
 
+import logging
+import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -13,8 +15,9 @@ from server.logs import configure, has_room
 from server.render.activity import Activity, EngineState
 from server.render.engine_pool import EnginePool
 from server.render.worker_process import WORKER, WorkerProcess
-from server.settings import ServerSettings
+from server.settings import ServerSettings, unknown_names
 
+log = logging.getLogger("lumenwalk.server")
 WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # listened on for all addresses, which none is
 
 
@@ -31,6 +34,8 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER, first: Worke
     the served scene or the device cannot be used.
     """
     configure(settings.log_format)
+    for name in unknown_names(os.environ):
+        log.warning("%s of the environment is no setting; check its name", name)
     with listen(settings.host, settings.port) as listener:
         engines = make_engines(settings, worker)
         with engines.early(first):

@@ -4,8 +4,9 @@ A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__M
 """
 
 import os
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -65,12 +66,15 @@ Replicas = Annotated[
     Field(max_length=MAX_REPLICAS),
 ]
 
+PREFIX = "LUMENWALK_"  # of names in the environment
+_OF_KUBERNETES = re.compile(rf"{PREFIX}(\w+_)?(SERVICE_(HOST|PORT(_\w+)?)|PORT_\d+_\w+)")  # for a service of that name
+
 
 class ServerSettings(BaseSettings, EnvironmentOptions):
     """Everything that whoever runs the service can choose."""
 
     model_config = SettingsConfigDict(
-        env_prefix="LUMENWALK_",
+        env_prefix=PREFIX,
         env_nested_delimiter="__",
         env_ignore_empty=True,
         extra="forbid",
@@ -170,7 +174,8 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     exports: bool = Field(default=False, description="clients may download scenes, with their edits, as GLB files")
     uploads: bool = Field(default=True, description="clients may upload scenes")
     uploads_dir: Path | None = Field(
-        default=None, description="folder that keeps uploads, edits and results of jobs; when not given, they go with the service"
+        default=None,
+        description="folder that keeps uploads, edits and results of jobs; when not given, they go with the service",
     )
     max_uploads: int = Field(default=64, ge=1, le=10_000, description="uploads kept; the longest unused make room")
     max_upload_bytes: int = Field(default=512 * 2**20, ge=1024, description="of one uploaded file [bytes]")
@@ -259,8 +264,15 @@ def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = No
         raise UserError(f"settings: {error}") from None
 
 
+def unknown_names(names: Iterable[str]) -> list[str]:
+    """Of names in the environment those that look like settings and are none."""
+    known = {f"{PREFIX}{field}".upper() for field in ServerSettings.model_fields}
+    ours = (name for name in names if name.upper().startswith(PREFIX) and not _OF_KUBERNETES.fullmatch(name))
+    return sorted(name for name in ours if name.upper().partition("__")[0] not in known)
+
+
 def _source(field: str, file: Path | None, given: Mapping[str, Any]) -> str:
     """Where a wrong field is to be mended: in the file, if that has it and neither a flag nor the environment does."""
     told = (name.upper().partition("__")[0] for name in os.environ)  # of a nested field a part, or all of it
-    elsewhere = field in given or f"LUMENWALK_{field}".upper() in told
+    elsewhere = field in given or f"{PREFIX}{field}".upper() in told
     return str(file) if file and not elsewhere and field in tomllib.loads(file.read_text()) else "settings"

@@ -1,6 +1,7 @@
 """How the service ends: viewers are told, what is being rendered for REST finishes, and in any case it is soon over."""
 
 import asyncio
+import logging
 import os
 import socket
 import threading
@@ -18,6 +19,7 @@ from server.service import Service
 DRAIN_SECONDS = 4.0  # for viewers to be told and stills to finish
 CLOSE_SECONDS = 1  # for what is left to be sent
 END_SECONDS = 9.5  # then the process ends, whatever holds it
+log = logging.getLogger("lumenwalk.server")
 
 
 class Server(uvicorn.Server):
@@ -41,6 +43,7 @@ class Server(uvicorn.Server):
         """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""
         if threading.current_thread() is threading.main_thread():  # else the process is not ours to end
             _end_process_after(END_SECONDS)
+        log.info("the service ends")
         self._service.stop()
         with suppress(TimeoutError):
             async with asyncio.timeout(DRAIN_SECONDS):

@@ -160,6 +160,7 @@ class Uploads:
                     checked = await self._check(file, f"{stem}{suffix}", options)
             return await self._keep(stem, work, checked, in_use)
         except OSError as error:
+            log.warning("an upload cannot be kept in %s: %s", self._folder, error.strerror or error)
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None
         finally:
             self._taking -= 1
@@ -169,11 +170,12 @@ class Uploads:
                 finally:  # the client may leave this instant
                     self._claims.pop(work, None)
 
-    async def remove(self, scene_id: str) -> None:
-        """Delete an upload; UnknownSceneError when there is none of that id."""
+    async def remove(self, scene_id: str, why: str = "it was asked for") -> None:
+        """Delete an upload; UnknownSceneError when there is none of that id. why: for the log."""
         upload = self._uploads.pop(scene_id, None)
         if upload is None:
             raise UnknownSceneError(f"scene: there is no upload {scene_id!r}; /api/v1/scenes lists what there is")
+        log.info("upload deleted: %s", why, extra={"scene": scene_id, "bytes": upload.bytes, "address": asker.get()})
         (self._folder / f"{upload.folder}{RECORD}").unlink(missing_ok=True)
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
@@ -255,6 +257,7 @@ class Uploads:
         self._claims[work] -= size
         self._uploads[id_] = upload
         self.kept += 1
+        log.info("upload kept", extra={"scene": id_, "bytes": size, "address": asker.get()})
         return upload
 
     async def _claim(self, work: Path, more: int, in_use: Callable[[str], bool]) -> None:
@@ -277,7 +280,7 @@ class Uploads:
                     f"uploads take up to {self._max_total_bytes} bytes and {self._max_count} scenes here, and those in "
                     "use or on their way leave no room for this one; delete some, or try again when they are left"
                 )
-            await self.remove(idle)
+            await self.remove(idle, "another one needs its room")
 
     def _free_id(self, stem: str, suffix: str) -> str:
         number, id_ = 1, f"{PREFIX}{stem}{suffix}"

@@ -1,5 +1,6 @@
 import asyncio
 import gc
+import logging
 import weakref
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
@@ -153,11 +154,15 @@ def test_what_rendering_took_goes_with_the_end_of_a_job() -> None:
 @pytest.mark.parametrize(
     "error", [UserError("camera: there is none"), TooBusyError("too many scenes are read already")]
 )
-def test_a_failed_job_says_why(error: Exception) -> None:
+def test_a_failed_job_says_why(error: Exception, caplog: pytest.LogCaptureFixture) -> None:
     async def test(jobs: Jobs) -> None:
         job = jobs.add(order(), 3, "image/png")
-        await ended(jobs, job)
+        with caplog.at_level(logging.INFO):
+            await ended(jobs, job)
         assert (job.state, job.error) == (JobState.FAILED, str(error))
+        (record,) = (it for it in caplog.records if it.name == "lumenwalk.jobs")
+        said = record.getMessage(), *(vars(record)[name] for name in ("job", "scene", "error"))
+        assert said == ("job failed", job.id, job.render.scene.id, str(error))
 
     work(FakeEngine(failure=error), test)
 
@@ -306,8 +311,11 @@ def test_results_are_there_for_the_next_service(tmp_path: Path, caplog: pytest.L
     async def before(jobs: Jobs) -> None:
         job = jobs.add(order(), 3, "image/png")
         await ended(jobs, job)
+        (tmp_path / "file").touch()
+        jobs.save(tmp_path / "file")
+        assert "results of 1 jobs are lost with the service\n" in caplog.text
         jobs.save(None)
-        assert "results of 1 jobs are lost" in caplog.text
+        assert "results of 1 jobs are lost with the service; `uploads_dir` would keep them" in caplog.text
         jobs.save(tmp_path / "results")
         found.append(job)
 

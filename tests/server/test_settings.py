@@ -5,7 +5,7 @@ import pytest
 from gpu.errors import UserError
 from gpu.scene.lighting.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.settings import Method, Quality, RenderSettings
-from server.settings import ServerSettings, load_settings
+from server.settings import ServerSettings, load_settings, unknown_names
 
 
 def test_loopback_is_the_default() -> None:
@@ -54,6 +54,13 @@ def test_a_wrong_flag_is_not_said_to_be_of_the_file(tmp_path: Path, monkeypatch:
     monkeypatch.setenv("LUMENWALK_SCENE_LIMITS__MAX_TRIANGLES", "many")
     with pytest.raises(UserError, match=r"^settings: scene_limits\.max_triangles"):
         load_settings(file)
+
+
+def test_what_the_environment_has_that_is_no_setting_is_told() -> None:
+    of_kubernetes = ("LUMENWALK_SERVICE_HOST", "LUMENWALK_PORT_8000_TCP", "LUMENWALK_ASSIGN_SERVICE_PORT_HTTP")
+    settings = ("LUMENWALK_PORT", "lumenwalk_host", "LUMENWALK_SCENE_LIMITS__MAX_LIGHTS", "LUMENWALK_SCENE_LIMITS")
+    wrong = ("LUMENWALK_MAXVIEWERS", "LUMENWALK_SCENE_LIMIT__MAX_LIGHTS")
+    assert unknown_names(("PATH", *of_kubernetes, *settings, *wrong)) == sorted(wrong)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

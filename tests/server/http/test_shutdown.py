@@ -102,7 +102,8 @@ def test_viewers_are_told_and_stills_finish(tmp_path: Path) -> None:
         assert info.value.rcvd is not None
         assert info.value.rcvd.code == 1012
         ends_by_itself(process)
-    assert (tmp_path / "stderr").read_text().count("viewer left") == 1
+    logged = (tmp_path / "stderr").read_text()
+    assert [logged.count(it) for it in ("viewer left", "the service ends")] == [1, 1]
 
 
 def stop(process: "subprocess.Popen[str]") -> None:

@@ -1,7 +1,9 @@
 import asyncio
 import io
 import json
+import logging
 import os
+import shutil
 import sys
 import time
 import zipfile
@@ -138,13 +140,27 @@ def test_a_file_that_is_not_sound_is_not_kept(make: Make, tmp_path: Path) -> Non
     assert (uploads.all, files(tmp_path)) == ({}, [])
 
 
-def test_the_longest_unused_makes_room(make: Make) -> None:
+def test_the_longest_unused_makes_room_and_the_log_tells(make: Make, caplog: pytest.LogCaptureFixture) -> None:
     uploads = make(max_uploads=2)
     a, b = add(uploads, "a.glb"), add(uploads, "b.glb")
     uploads.touch(a.id)
-    c = add(uploads, "c.glb")
+    with caplog.at_level(logging.INFO):
+        c = add(uploads, "c.glb")
+    told = [(record.getMessage(), vars(record)["scene"]) for record in caplog.records]
+    assert told == [("upload deleted: another one needs its room", b.id), ("upload kept", c.id)]
     assert list(uploads.all) == [a.id, c.id]
     assert not uploads.path(b).exists()
+
+
+def test_what_the_folder_cannot_take_is_told_by_the_log_too(
+    make: Make, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    uploads = make()
+    shutil.rmtree(tmp_path / "uploads")
+    (tmp_path / "uploads").touch()
+    with pytest.raises(NoRoomError, match=r"a\.glb: cannot be kept: Not a directory"):
+        add(uploads)
+    assert f"an upload cannot be kept in {tmp_path}/uploads: Not a directory" in caplog.text
 
 
 def test_bytes_make_room_too(make: Make) -> None:
