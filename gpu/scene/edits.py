@@ -8,7 +8,7 @@ of the same scene always are the same scene, whatever came before.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from math import hypot, pi
+from math import hypot
 from operator import is_
 from typing import Annotated
 
@@ -19,7 +19,8 @@ from gpu.errors import UserError
 from gpu.scene.animation.moment import Moment
 from gpu.scene.animation.posed import posed
 from gpu.scene.floats import triple
-from gpu.scene.lighting.daylight import daylight, level_irradiance
+from gpu.scene.lighting.added_daylight import with_daylight
+from gpu.scene.lighting.daylight import daylight, level_radiance
 from gpu.scene.lighting.path_light import path_light, with_path_light
 from gpu.scene.lighting.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.objects import Move, with_objects
@@ -32,7 +33,6 @@ PLACED = (LightForm.POINT, LightForm.SPOT)
 AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
 DATED = (LightForm.DIRECTIONAL, LightForm.SKY)
 Box = tuple[Sequence[float], Sequence[float]]
-_LEVEL = 5.0 / 6.0  # of what an even sky would send to level ground, a Sky does
 _BOX_TOLERANCE = 1e-4  # of the scene's largest extent, by which what is moved may leave its box
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
@@ -54,7 +54,10 @@ class _Edit(BaseModel):
 class LightEdit(_Edit):
     """What differs of a light; None is as the file says."""
 
-    on: bool | None = Field(default=None, description="whether it shines")
+    on: bool | None = Field(
+        default=None,
+        description="whether it shines; a sun or a sky that the file has not does if this is true or it has a date",
+    )
     intensity: FiniteFloat | None = Field(
         default=None, ge=0.0, le=1e4, description="how many times as bright as its file says"
     )
@@ -112,6 +115,11 @@ class LightEdit(_Edit):
             color = (most * self.color[0], most * self.color[1], most * self.color[2])
         factor = self.factor
         return (factor * color[0], factor * color[1], factor * color[2])
+
+    @property
+    def adds(self) -> bool:
+        """Whether a light that the file has not shines."""
+        return self.date is not None if self.on is None else self.on
 
     @property
     def factor(self) -> float:
@@ -241,8 +249,13 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
     _check_look(edits, {one: part.form for one, part in lights.items()}, materials)
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
+    dark = {one for one, edit in edits.lights.items() if lights[one].added and not edit.adds}
+    added = {lights[one].form for one in edits.lights.keys() - dark if lights[one].added}
+    scene = with_daylight(scene, sun=LightForm.DIRECTIONAL in added, sky=LightForm.SKY in added)
     made, punctual, sky, filed = list(materials.values()), list(scene.lights), scene.sky, scene
     for one, edit in edits.lights.items():
+        if one in dark:
+            continue
         index = lights[one].index
         match lights[one].form:
             case LightForm.SURFACE:
@@ -347,10 +360,7 @@ def _sky_of_date(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:
     """The sky of a clear day by the date of `edit`, as bright as `sky` with the sun overhead; `sky` without a date."""
     if (sun := edit.sun) is None:
         return sky
-    if isinstance(sky, Sky):
-        level = _LEVEL * float(np.mean(sky.radiance))
-    else:
-        level = float(np.mean(sky.tint * level_irradiance(sky.pixels))) / pi
+    level = level_radiance(sky)
     azimuth, height = sun
     return Environment("daylight", daylight(height, azimuth + (edit.north or 0.0)), tint=(level, level, level))
 

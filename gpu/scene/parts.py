@@ -7,6 +7,8 @@ from enum import StrEnum
 from functools import lru_cache
 
 from gpu.errors import brief
+from gpu.scene.lighting.added_daylight import SUN_COLOR, SUN_NAME, has_sun
+from gpu.scene.lighting.default_light import SOFT_SKY
 from gpu.scene.types import Environment, LightKind, Rgb, Scene
 
 MOST_ID = 80  # characters of an id; names of files may be longer
@@ -25,20 +27,23 @@ class LightForm(StrEnum):
 @dataclass(frozen=True)
 class LightPart:
     """A light of a scene. index: among the scene's lights, of a surface among its materials, of a sky 0; color: as the
-    file says, linear Rec. 709, its largest channel 1.
+    file says, linear Rec. 709, its largest channel 1; added: the file has none, and it shines if an edit adds it.
     """
 
     id: str
     form: LightForm
     index: int
     color: Rgb
+    added: bool = False
 
 
 FORMS = {LightKind.POINT: LightForm.POINT, LightKind.SPOT: LightForm.SPOT, LightKind.DIRECTIONAL: LightForm.DIRECTIONAL}
 
 
 def lights_of(scene: Scene) -> tuple[LightPart, ...]:
-    """All that lights `scene`: its punctual lights, then its emissive materials, then its sky."""
+    """All that lights `scene`: its punctual lights, then its emissive materials, then its sky; last a sun and a sky
+    that may be added to it.
+    """
     found = [(light.name, FORMS[light.kind], index, light.intensity) for index, light in enumerate(scene.lights)]
     for index, material in enumerate(scene.materials):
         if material.emits:
@@ -46,8 +51,16 @@ def lights_of(scene: Scene) -> tuple[LightPart, ...]:
     if scene.sky is not None:
         color = (1.0, 1.0, 1.0) if isinstance(scene.sky, Environment) else scene.sky.radiance
         found.append(("sky", LightForm.SKY, 0, color))
+    own = len(found)
+    if not has_sun(scene):
+        found.append((SUN_NAME, LightForm.DIRECTIONAL, len(scene.lights), SUN_COLOR))
+    if scene.sky is None:
+        found.append(("sky", LightForm.SKY, 0, SOFT_SKY.radiance))
     ids = unique_ids((name or form for name, form, _, _ in found), "light")
-    return tuple(LightPart(one, *rest[1:3], _chroma(rest[3])) for one, rest in zip(ids, found, strict=True))
+    return tuple(
+        LightPart(one, form, index, _chroma(color), added=number >= own)
+        for number, (one, (_, form, index, color)) in enumerate(zip(ids, found, strict=True))
+    )
 
 
 def material_ids(scene: Scene) -> tuple[str, ...]:

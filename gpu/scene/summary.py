@@ -40,6 +40,7 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "objects": [{"id": one} for one in scene.objects],
         "textures": [_texture(texture) for texture in scene.textures],
         "lights": _lights(scene),
+        "addable": [part.id for part in lights_of(scene) if part.added],
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
         "animations": _animations(scene),
         "choices": {name: list(offered) for name, offered in scene.choices.items()},
@@ -106,6 +107,8 @@ def summary_text(summary: dict[str, Any]) -> str:
         lines.append(f"  {len(entries)} {key}")
         lines += [f"    {text(entry)}" for entry in entries[:_LISTED]]
         lines += [f"    and {len(entries) - _LISTED} more"] if len(entries) > _LISTED else []
+        if key == "lights" and summary["addable"]:
+            lines.append(f"    edits can add: {', '.join(summary['addable'])}")
     lines += [f"  {name}: one of {', '.join(offered)}" for name, offered in summary["choices"].items()]
     if summary["dropped_triangles"]:
         lines.append(f"  dropped: {summary['dropped_triangles']:,} triangles without area")

@@ -9,6 +9,7 @@ import numpy as np
 from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.floats import triple
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.lighting.added_daylight import has_sun, with_daylight
 from gpu.scene.lighting.surroundings import EVEN, surrounded
 from gpu.scene.parts import LightPart, lights_of, material_ids
 from gpu.scene.types import Camera, Doubles, Material, Scene
@@ -59,7 +60,7 @@ def describe_scene(
         frame=SceneFrame(**asdict(scene.frame)),
         options=options,
         choices={name: tuple(offered) for name, offered in scene.choices.items()},
-        lights=tuple(_describe_light(part, scene) for part in lights[:MOST_PARTS]),
+        lights=_describe_lights(scene, lights[:MOST_PARTS]),
         materials=tuple(map(_describe_material, ids[:MOST_PARTS], scene.materials)),
         objects=_describe_objects(scene),
         animations=_describe_animations(scene),
@@ -79,8 +80,13 @@ def _describe_animations(scene: Scene) -> tuple[AnimationInfo, ...]:
     return tuple(AnimationInfo(id=animation.id, seconds=animation.seconds) for animation in listed)
 
 
+def _describe_lights(scene: Scene, parts: tuple[LightPart, ...]) -> tuple[LightInfo, ...]:
+    lit = with_daylight(scene, sun=not has_sun(scene), sky=False)
+    return tuple(_describe_light(part, lit) for part in parts)
+
+
 def _describe_light(part: LightPart, scene: Scene) -> LightInfo:
-    info = LightInfo(id=part.id, form=part.form, color=part.color)
+    info = LightInfo(id=part.id, form=part.form, color=part.color, added=part.added)
     if part.form not in PLACED and part.form not in AIMED:
         return info
     light, placement = scene.lights[part.index], scene.placement

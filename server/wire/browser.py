@@ -264,6 +264,7 @@ class LightInfo(Message):
     id: PartId
     form: LightForm
     color: Color
+    added: bool = Field(False, description="a sun or a sky that the file has not, so that it is off")
     position: tuple[float, float, float] | None = Field(None, description="in the world [m], if it can be moved")
     direction: tuple[float, float, float] | None = Field(None, description="where its light goes, if it can be turned")
 

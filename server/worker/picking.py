@@ -16,7 +16,8 @@ def picked_part(scene: Scene, state: DeviceScene, camera: Camera, place: tuple[f
     lights = lights_of(scene)[:MOST_PARTS]
     picked = pick(state, camera, place)
     if picked is None:
-        return PickedPart(light=next((light.id for light in lights if light.form is LightForm.SKY), None))
+        sky = None if state.scene.sky is None else LightForm.SKY
+        return PickedPart(light=next((light.id for light in lights if light.form is sky), None))
     index = int(state.scene.triangle_material[picked.triangle])
     surfaces = {light.index: light.id for light in lights if light.form is LightForm.SURFACE}
     number = -1

@@ -150,6 +150,26 @@ def test_a_sky_has_a_day_and_hour_of_its_own(page: Page, gradients: Running) -> 
     wait_for(page, lambda: "T18:00:00" in patches(stage, 1)[-1]["lights"]["sky"].get("date", ""))
 
 
+def test_a_sun_that_the_file_has_not_is_off_until_it_is_added(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    stage.scene(lights=[{"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0, -1, 0],
+                         "added": True}])  # fmt: skip
+    stage.hear("pose")
+    page.keyboard.press("KeyG")
+    expect(page.get_by_text("This scene has none.")).to_be_visible()
+    shines = page.get_by_label("sun not in the file")
+    expect(shines).not_to_be_checked()
+    page.get_by_label("Sun by date: sun").check()
+    wait_for(page, lambda: "date" in patches(stage, 1)[-1]["lights"]["sun"])
+    expect(shines).to_be_checked()
+    page.get_by_label("Sun by date: sun").uncheck()
+    expect(shines).not_to_be_checked()
+    shines.check()
+    wait_for(page, lambda: patches(stage, 1)[-1] == {"lights": {"sun": {"on": True}}})
+
+
 def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))

@@ -49,7 +49,7 @@ OBJECTS = st.builds(
 )
 EDITS = st.builds(
     SceneEdits,
-    lights=st.fixed_dictionaries({}, optional={"bulb": MOVING, "default": LIGHTS, "sky": LIGHTS}),
+    lights=st.fixed_dictionaries({}, optional={"bulb": MOVING, "default": LIGHTS, "sky": LIGHTS, "sun": LIGHTS}),
     objects=st.fixed_dictionaries({}, optional={"lamp": OBJECTS, "block": OBJECTS}),
     materials=st.dictionaries(st.sampled_from(["default", "default (2)", "default (3)"]), MATERIALS),
 )
@@ -94,6 +94,13 @@ def room(device: str = "cpu") -> DeviceScene:
     [
         SceneEdits(materials=dict.fromkeys(["default", "default (3)"], MaterialEdit(color=(0.0, 0.0, 0.0)))),
         SceneEdits(materials={"default": MaterialEdit(color=(0.9, 0.1, 0.1))}),
+    ]
+)
+@example(  # a sun that the file has not
+    [
+        SceneEdits(lights={"sun": LightEdit(on=True, direction=(0.3, -1.0, 0.1))}),
+        SceneEdits(lights={"sun": LightEdit(on=True, direction=(0.0, -1.0, 0.4), color=(1.0, 0.5, 0.2))}),
+        SceneEdits(lights={"sun": LightEdit(on=False)}),
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))

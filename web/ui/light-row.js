@@ -44,6 +44,7 @@ export class LightRow {
     this.#events = events;
     const id = `light-${number}`;
     const label = element("label", { htmlFor: id, textContent: light.id, title: light.form });
+    if (light.added) label.append(" ", element("small", { textContent: "not in the file" }));
     this.#on = element("input", { type: "checkbox", id });
     this.#intensity = element("input", { type: "range", min: "0", max: "100", ariaLabel: `Intensity of ${light.id}` });
     this.#color = element("input", { type: "color", ariaLabel: `Colour of ${light.id}` });
@@ -63,7 +64,7 @@ export class LightRow {
   /** @param {LightEdit | undefined} edit  what differs of it @param {Vec3 | undefined} sun  where it shines if it is that @param {boolean} chosen */
   show(edit, sun, chosen) {
     const factor = edit?.intensity ?? 1;
-    this.#on.checked = edit?.on ?? true;
+    this.#on.checked = edit?.on ?? (!this.light.added || Boolean(edit?.date));
     this.#intensity.valueAsNumber = MIDDLE * Math.sqrt(factor);
     this.#intensity.ariaValueText = `${factor.toFixed(2)} times`;
     this.#color.value = toHex(edit?.color ?? this.light.color);
@@ -75,7 +76,7 @@ export class LightRow {
       fields.show(shown(edit, sun));
     }
     if (!this.#sun) return;
-    this.#sun.list.hidden = !chosen && this.light.form === "directional"; // a sky is never chosen
+    this.#sun.list.hidden = !chosen && this.light.form === "directional" && !this.light.added; // a sky is never chosen
     this.#sun.show(edit);
   }
 

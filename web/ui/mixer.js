@@ -152,7 +152,7 @@ export class Mixer {
     if (!stays) this.#chosen = null;
     this.#rows = scene.lights.map((light, number) => this.#row(light, number));
     this.#lights.replaceChildren(...this.#rows.map(({ row }) => row));
-    text("no-lights").hidden = this.#rows.length > 0;
+    text("no-lights").hidden = scene.lights.some(({ added }) => !added);
     for (const [select, parts, chosen] of /** @type {const} */ ([[this.#material, scene.materials, material], [this.#object, scene.objects, object]])) {
       offer(select, [{ value: "", label: "None chosen" }, ...parts.map(({ id }) => ({ value: id, label: id }))]);
       select.value = parts.some(({ id }) => id === chosen) ? chosen : "";

@@ -10,7 +10,7 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 
-from gpu.scene.types import Doubles, Floats
+from gpu.scene.types import Doubles, Environment, Floats, Sky
 
 HEIGHT = 64  # of the picture [pixels]
 TURBIDITY = 2.5  # of a clear sky, as gpu.scene.lighting.sun takes it
@@ -33,6 +33,7 @@ _ZENITH_Y = np.array(
 _TO_RGB = np.array(  # Rec. 709 from CIE XYZ
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
 )
+_LEVEL = 5.0 / 6.0  # of what an even sky would send to level ground, a Sky does
 # Of a sun this far below the horizon no light is left of the day's, and so much goes with each degree [°].
 _DARK, _TWILIGHT = -18.0, 10.0**0.345
 
@@ -48,6 +49,14 @@ def daylight(height: float, bearing: float) -> Floats:
     pixels = np.asarray(_radiance(height, bearing) * (pi / level_irradiance(_radiance(90.0, 0.0)).mean()), np.float32)
     pixels.setflags(write=False)
     return pixels
+
+
+@lru_cache(maxsize=2)  # each edit of a sun asks again
+def level_radiance(sky: Sky | Environment) -> float:
+    """Of an even sky that would send level ground as much as `sky`, the mean of its channels."""
+    if isinstance(sky, Sky):
+        return _LEVEL * float(np.mean(sky.radiance))
+    return float(np.mean(sky.tint * level_irradiance(sky.pixels))) / pi
 
 
 def level_irradiance(picture: Doubles | Floats) -> Doubles:

@@ -9,6 +9,9 @@ from scenes import box, quad, scene_of
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
+from gpu.scene.lighting.added_daylight import overhead_sun
+from gpu.scene.lighting.daylight import level_radiance
+from gpu.scene.lighting.default_light import SOFT_SKY
 from gpu.scene.types import Environment, Light, LightKind, Material, Placement, Scene, Sky, same_picture
 
 LAMP = Material("lamp", emission=(4.0, 2.0, 0.0))
@@ -265,3 +268,24 @@ def test_a_moment_that_a_scene_has_not_is_refused(tmp_path: Path, scene: Scene) 
         edited(moving(tmp_path).load(), SceneEdits(time=1.0, animation="run"))
     with pytest.raises(ValidationError, match="time"):
         SceneEdits(time=-1.0)
+
+
+def test_a_sun_and_a_sky_that_the_file_has_not_are_added_by_edits(scene: Scene) -> None:
+    lamps = replace(scene, lights=scene.lights[:1], sky=None)
+    noon = {"date": "2024-03-20T12:07:00Z", "place": [0.0, 0.0]}
+    for unlit in ({"on": False}, {"intensity": 2.0}, {**noon, "on": False}):
+        found = edited(lamps, edits_of(lights={"sun": unlit, "sky": unlit}))
+        assert (found.lights, found.sky) == (lamps.lights, None)
+    found = edited(lamps, edits_of(lights={"sun": {**noon, "intensity": 0.5}, "sky": noon, "bulb": {"on": False}}))
+    bulb, sun = found.lights
+    assert bulb.intensity == (0.0, 0.0, 0.0)
+    assert sun.direction == pytest.approx((0.0, -1.0, 0.0), abs=0.02)
+    assert sun.intensity == pytest.approx(0.5 * np.array(overhead_sun(None).intensity), rel=0.01)
+    assert isinstance(found.sky, Environment)
+    assert level_radiance(found.sky) == pytest.approx(level_radiance(SOFT_SKY), rel=0.01)
+    on = edited(lamps, edits_of(lights={"sun": {"on": True, "direction": [3.0, 0.0, 0.0]}, "sky": {"on": True}}))
+    assert on.sky == SOFT_SKY
+    assert on.lights[1] == replace(overhead_sun(None), direction=(1.0, 0.0, 0.0))
+    assert edited(replace(lamps, sky=scene.sky), edits_of(lights={"sun": {"on": True}})).lights[1] == overhead_sun(
+        scene.sky
+    )

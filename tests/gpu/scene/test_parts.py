@@ -39,5 +39,17 @@ def test_all_that_shines_is_a_light_and_has_the_colour_of_the_file() -> None:
     assert [part.color for part in found] == [(1.0, 0.5, 0.25), (1.0,) * 3, (1.0,) * 3, (1.0, 0.5, 0.0),
                                               (0.25, 0.5, 1.0)]  # fmt: skip
     assert material_ids(scene) == ("default", "lamp", "sign")
+    assert not any(part.added for part in found)
     picture = Environment("hall.hdr", np.full((1, 2, 3), 7.0, np.float32))
     assert lights_of(replace(scene, sky=picture))[-1].color == (1.0, 1.0, 1.0)
+
+
+def test_a_sun_and_a_sky_that_a_scene_has_not_come_last_and_take_no_name() -> None:
+    lamp = Material("sun", emission=(4.0, 4.0, 4.0))
+    found = lights_of(scene_of(box(), [grey(0.5), lamp], lights=[Light("sky", LightKind.POINT, (1.0, 1.0, 1.0))]))
+    assert [(part.id, part.form, part.index, part.added) for part in found] == [
+        ("sky", LightForm.POINT, 0, False),
+        ("sun", LightForm.SURFACE, 1, False),
+        ("sun (2)", LightForm.DIRECTIONAL, 1, True),
+        ("sky (2)", LightForm.SKY, 0, True),
+    ]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gpu.errors import UserError
-from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits
+from gpu.scene.edits import ObjectEdit, SceneEdits
 from server.rest.scene_parts import check_info, check_parts, info_of
 from server.scenes.scene_info import MOST_PARTS
 from server.settings import ServerSettings
@@ -52,10 +52,10 @@ def test_files_are_read_and_built_in_scenes_made() -> None:
 
 
 def test_built_in_scenes_have_the_sky_that_is_around_them() -> None:
-    box, dim = SceneRef("cornell-box", "cornell-box"), SceneEdits(lights={"sky": LightEdit(intensity=0.5)})
-    asyncio.run(check_parts(reading([], Path("noon.hdr")), box, LOOKING, dim))
-    with pytest.raises(UserError, match=r"lights\.sky: the scene has no such light"):
-        asyncio.run(check_parts(reading([]), box, LOOKING, dim))
+    box = SceneRef("cornell-box", "cornell-box")
+    for environment, added in ((Path("noon.hdr"), False), (None, True)):
+        info = asyncio.run(info_of(reading([], environment), box))
+        assert {light.id: light.added for light in info.lights} == {"light": False, "sun": True, "sky": added}
 
 
 def test_nothing_is_read_for_what_every_scene_has() -> None:

@@ -56,7 +56,7 @@ def test_a_scene_in_an_environment_has_its_sky_and_no_added_light() -> None:
     lit = with_default_light(dark)
     assert len(describe_scene("id", lit).notes) == 1
     found = describe_scene("id", lit, in_environment=True)
-    assert [(light.id, light.form) for light in found.lights] == [("sky", LightForm.SKY)]
+    assert [(light.id, light.form) for light in found.lights if not light.added] == [("sky", LightForm.SKY)]
     assert found.notes == ()
 
 
@@ -128,7 +128,12 @@ def test_the_most_that_a_scene_can_say_is_told(scene: Scene) -> None:
 
 def test_lights_and_materials_are_told_as_the_file_has_them(scene: Scene) -> None:
     info = describe_scene("id", scene)
-    assert [(light.id, light.form) for light in info.lights] == [("light", LightForm.SURFACE)]
+    assert [(light.id, light.form, light.added) for light in info.lights] == [
+        ("light", LightForm.SURFACE, False),
+        ("sun", LightForm.DIRECTIONAL, True),
+        ("sky", LightForm.SKY, True),
+    ]
+    assert info.lights[1].direction == (0.0, -1.0, 0.0)
     assert [material.id for material in info.materials] == ["white", "red", "green", "light"]
     assert info.materials[3].emission == scene.materials[3].emission
     assert [thing.id for thing in info.objects] == ["block"]
@@ -141,8 +146,8 @@ def test_lights_that_can_be_moved_or_turned_say_where_they_are_in_the_world(scen
     bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.1, 0.2, -0.1))
     spot = replace(bulb, name="spot", kind=LightKind.SPOT)
     told = describe_scene("id", replace(scene, lights=(sun, bulb, spot))).lights
-    assert [light.position for light in told] == [None, pytest.approx((101.0, 2.0, -1.0)), told[1].position, None]
-    assert [light.direction for light in told] == [(0.0, -1.0, 0.0), None, (0.0, 0.0, -1.0), None]
+    assert [light.position for light in told] == [None, pytest.approx((101.0, 2.0, -1.0)), told[1].position, None, None]
+    assert [light.direction for light in told] == [(0.0, -1.0, 0.0), None, (0.0, 0.0, -1.0), None, None]
 
 
 def test_some_materials_are_listed_and_the_others_counted(scene: Scene) -> None:

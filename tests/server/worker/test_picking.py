@@ -5,7 +5,7 @@ from scenes import grey, quad, scene_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.camera import look_at
-from gpu.scene.edits import MaterialEdit, ObjectEdit, SceneEdits, edited
+from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Scene, Sky
 from server.wire.browser import PickedPart
 from server.worker.picking import picked_part
@@ -40,6 +40,9 @@ def test_what_shines_is_picked_as_the_light_that_it_is(scene: Scene) -> None:
     part = picked(scene, RIGHT)
     assert (part.object, part.material, part.light) == ("lamp", "glow", "glow")
     assert picked(scene, ABOVE) == PickedPart(light="sky")
+    dark = replace(scene, sky=None)
+    assert picked(dark, ABOVE) == PickedPart()
+    assert picked(dark, ABOVE, SceneEdits(lights={"sky": LightEdit(on=True)})) == PickedPart(light="sky")
 
 
 def test_ids_are_those_of_the_file_whatever_was_edited(scene: Scene) -> None:
