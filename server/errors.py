@@ -116,6 +116,8 @@ def install(app: FastAPI) -> None:
 
     async def http(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)
+        if (unread := _unread(error.__cause__)) is not None:
+            return error_response(422, "bad-request", unread)
         code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
         response = error_response(error.status_code, code, str(error.detail))
         response.headers.update(error.headers or {})
@@ -135,6 +137,19 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, invalid)
     app.add_exception_handler(HTTPException, http)
     app.add_exception_handler(Exception, fault)
+
+
+def _unread(cause: BaseException | None) -> str | None:
+    """What is wrong with a body that FastAPI could not read, where it does not say so itself."""
+    match cause:
+        case UnicodeDecodeError():
+            return f"body: is not text in UTF-8: {cause.reason} at byte {cause.start}"
+        case RecursionError():
+            return "body: is nested too deep"
+        case ValueError():  # integers of thousands of digits
+            return f"body: cannot be read as JSON: {cause}"
+        case _:
+            return None
 
 
 def _problem(first: Mapping[str, Any]) -> str:

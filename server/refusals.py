@@ -48,10 +48,22 @@ class NotAcceptableError(Exception):
 
 def reason(problem: Mapping[str, Any]) -> str:
     """What is wrong with a field, of one of the problems that pydantic tells; not which field."""
-    if problem["type"] == "extra_forbidden":
-        return "is not known here; check its name"
-    if problem["type"] == "too_short":
-        return f"needs {problem['ctx']['min_length']} or more, has {problem['ctx']['actual_length']}"
-    if problem["type"] == "missing":
-        return "is missing"
-    return str(problem["msg"]).removeprefix("Value error, ").replace("Input should", "must")
+    about = problem.get("ctx", {})
+    match problem["type"]:
+        case "extra_forbidden":
+            return "is not known here; check its name"
+        case "missing":
+            return "is missing"
+        case "too_short":
+            return f"needs {about['min_length']} or more, has {about['actual_length']}"
+        case "too_long":
+            return f"may have {about['max_length']} or fewer, has {about['actual_length']}"
+        case "tuple_type" | "list_type":
+            return "must be an array"
+        case "union_tag_not_found":
+            return f"{about['discriminator']} is missing"
+        case "union_tag_invalid":
+            return f"{about['discriminator']} must be one of {about['expected_tags']}, not {about['tag']!r}"
+        case _:
+            words = str(problem["msg"]).removeprefix("Value error, ")
+            return words.replace("Input should", "must").replace("String should", "must")

@@ -8,6 +8,7 @@ from urllib.parse import quote
 from fastapi import APIRouter, Header, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from gpu.errors import UserError
 from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
@@ -147,6 +148,8 @@ async def upload(
 
     A .zip holds one scene and the files that it refers to. The other parameters say how it is read from now on.
     """
+    if request.headers.get("content-type", "").lower().startswith("multipart/"):
+        raise UserError("body: is a form; send the file itself, as curl does with --data-binary @house.glb")
     length = request.headers.get("content-length", "")
     known_length = int(length) if length.isdecimal() else None
     with service.uploading.taken(asker.get()):  # one client must not take all places

@@ -1,7 +1,17 @@
+from typing import Literal
+
 import pytest
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from server.refusals import reason
+
+
+class Ball(BaseModel):
+    kind: Literal["ball"]
+
+
+class Box(BaseModel):
+    kind: Literal["box"]
 
 
 class Asked(BaseModel):
@@ -9,7 +19,9 @@ class Asked(BaseModel):
 
     count: int = Field(ge=1)
     day: AwareDatetime | None = None
-    sides: tuple[int, ...] = Field((1, 1), min_length=2)
+    sides: tuple[int, ...] = Field((1, 1), min_length=2, max_length=3)
+    name: str = Field("box", min_length=1)
+    form: Ball | Box | None = Field(None, discriminator="kind")
 
     @field_validator("count")
     @classmethod
@@ -24,6 +36,11 @@ class Asked(BaseModel):
     [
         ({"count": 2, "side": 3}, "is not known here; check its name"),
         ({"count": 2, "sides": [1]}, "needs 2 or more, has 1"),
+        ({"count": 2, "sides": [1, 2, 3, 4]}, "may have 3 or fewer, has 4"),
+        ({"count": 2, "sides": 1}, "must be an array"),
+        ({"count": 2, "name": ""}, "must have at least 1 character"),
+        ({"count": 2, "form": {}}, "'kind' is missing"),
+        ({"count": 2, "form": {"kind": "cube"}}, "'kind' must be one of 'ball', 'box', not 'cube'"),
         ({}, "is missing"),
         ({"count": 3}, "is odd; double it"),
         ({"count": 2, "day": "2026-06-21T12:00"}, "must have timezone info"),

@@ -157,6 +157,12 @@ def test_an_upload_needs_the_name_of_a_scene(running: Running) -> None:
     assert running.http.post(SCENES, content=b"x").status_code == 422
 
 
+def test_an_upload_is_no_form(running: Running) -> None:
+    answer = running.http.post(SCENES, params={"name": "house.glb"}, files={"file": TRIANGLE_GLB})
+    assert answer.status_code == 422
+    assert answer.json()["message"].startswith("body: is a form; send the file itself")
+
+
 def test_a_service_may_take_no_uploads(serve: Callable[..., Running]) -> None:
     response = upload(serve(uploads=False))
     assert (response.status_code, response.json()["code"]) == (403, "forbidden")
