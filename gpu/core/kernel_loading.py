@@ -31,7 +31,7 @@ _loading = Lock()  # two threads may want the same module
 _Build = tuple[wp.Module, str]
 _built: set[_Build] = set()
 _builds: dict[_Build, Future[None]] = {}
-_builders = ThreadPoolExecutor(2, thread_name_prefix="compile")
+_builders = ThreadPoolExecutor(WORKERS, thread_name_prefix="compile")
 # Of kernels that nobody waits for: others have the other cores.
 _late_builders = ThreadPoolExecutor(max(WORKERS // 2, 1), thread_name_prefix="compile-late")
 
@@ -100,7 +100,7 @@ def host_kernels() -> list[wp.Kernel]:
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
     """Take these kernels from Warp's cache, or compile them, for blocks of so many threads: first those of most code,
-    at which a compiler is longest.
+    at which a compiler is longest. Others may have the device until they are compiled.
     """
     sizes: dict[Any, int] = {}
 
@@ -108,7 +108,14 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
         """A measure of what a compiler has to do; to find it takes longer than to load what needs none."""
         return 0 if is_compiled(kernel, device, block) else _inlined_size(kernel, sizes)
 
-    modules = list(dict.fromkeys(kernel.module for kernel in sorted(kernels, key=work, reverse=True)))
+    ordered = sorted(kernels, key=work, reverse=True)
+    modules = list(dict.fromkeys(kernel.module for kernel in ordered))
+    if DEVICE_SHARING.active:
+        missing = dict.fromkeys(kernel.module for kernel in ordered if not is_compiled(kernel, device, block))
+        builds = [_building(module, device, block) for module in missing]
+        DEVICE_SHARING.wait_for(lambda: all(build.done() for build in builds))
+        for module in missing:
+            _builds.pop((module, device.alias), None)
     if modules:
         with _loading:
             wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
@@ -182,11 +189,17 @@ def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
     if build in _built or not DEVICE_SHARING.active:
         return
     if (device.context, block) not in kernel.module.execs:
-        if (future := _builds.get(build)) is None:
-            future = _builds[build] = _builders.submit(partial(_compile, kernel.module, device, block))
-        DEVICE_SHARING.wait_for(future.done)
+        DEVICE_SHARING.wait_for(_building(kernel.module, device, block).done)
         _builds.pop(build, None)
     _built.add(build)  # what a compiler had to say against it, the launch says
+
+
+def _building(module: wp.Module, device: wp.Device, block: int) -> Future[None]:
+    """A compiler at work on a module, whoever has asked for it first."""
+    build = module, device.alias
+    if build not in _builds:
+        _builds[build] = _builders.submit(partial(_compile, module, device, block))
+    return _builds[build]
 
 
 def _compile(module: wp.Module, device: wp.Device | None, block: int, architecture: int | None = None) -> None:

@@ -32,7 +32,7 @@ from gpu.scene.lighting.environment import with_environment
 from gpu.scene.load import load_scene
 from gpu.scene.types import Scene
 from gpu.settings import RenderSettings
-from gpu.warm_up import load_kept_kernels, warm_up, warm_up_soon
+from gpu.warm_up import load_kept_kernels, warm_up_soon
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
@@ -204,17 +204,23 @@ class GpuBackend:
     def _take_late_kernels(self, ref: SceneRef) -> None:
         """Have a scene shown by its own kernels from its next frame on, once they are compiled."""
         loaded = self._scenes.get(ref)
-        if loaded is None or loaded.late is None or not loaded.late.compiled:
-            return
+        if loaded is not None and self._late_are_there(loaded):
+            self._scenes[ref] = with_kernels(loaded, None)
+            self._states.close(ref)
+            self._renderers.drop(ref)
+        self._states.renew(ref, self._late_are_there)
+
+    def _late_are_there(self, loaded: LoadedScene) -> bool:
+        """Whether a scene is shown by general kernels while its own have been compiled, and are loaded now."""
+        if loaded.late is None or not loaded.late.compiled:
+            return False
+        late, loaded.late = loaded.late, None
         try:
-            loaded.late.load()
+            late.load()
         except Exception:  # what Warp raises where a compiler fails
-            log.exception("%s: its kernels cannot be compiled, general ones go on", ref.id)
-            loaded.late = None
-            return
-        self._scenes[ref] = with_kernels(loaded, None)
-        self._states.close(ref)
-        self._renderers.drop(ref)
+            log.exception("%s: its kernels cannot be compiled, general ones go on", loaded.ref.id)
+            return False
+        return True
 
     @contextmanager
     def _state(
@@ -235,12 +241,19 @@ class GpuBackend:
         self, loaded: LoadedScene, edits: SceneEdits, report: Report, before: LoadedScene | None
     ) -> LoadedScene:
         state = edit(loaded, edits, before)
-        features = state.features(lambertian=False)
-        if features not in self._warm | {loaded.features(lambertian=False)}:
-            self._warm.add(features)
+        if state is before:
+            return state
+        features = state.device_scene.own_features(lambertian=False)
+        if features == loaded.device_scene.own_features(lambertian=False):
+            goes_on = state.device_scene.general == loaded.device_scene.general
+            return state if goes_on else with_kernels(state, loaded.late)
+        late = None
+        if features not in self._warm:
             report("compiling kernels, which the first time takes a minute", 0.8)
-            warm_up(state.device_scene, RenderSettings())
-        return state
+            late = warm_up_soon(state.device_scene.generalised(general=False), RenderSettings())
+        if late is None:
+            self._warm.add(features)
+        return with_kernels(state, late) if late or state.device_scene.general else state
 
     def _make_room(self) -> None:
         while len(self._scenes) >= self._start.max_scenes:

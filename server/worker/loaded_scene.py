@@ -44,7 +44,7 @@ def build(ref: SceneRef, scene: Scene, device: wp.Device) -> LoadedScene:
 
 
 def with_kernels(loaded: LoadedScene, late: LateKernels | None) -> LoadedScene:
-    """A scene without edits, for other renderers: by general kernels while its own are `late`, else by those."""
+    """A scene in its state, for other renderers: by general kernels while its own are `late`, else by those."""
     device_scene = loaded.device_scene.generalised(general=late is not None)
     return replace(loaded, device_scene=device_scene, light_sets=LightSets(device_scene), number=new_number(),
                    late=late)  # fmt: skip

@@ -83,6 +83,13 @@ class SceneStates:
                 self._dropped(before)
         return _State(loaded)
 
+    def renew(self, ref: SceneRef, stale: Callable[[LoadedScene], bool]) -> None:
+        """Free those of a scene that are stale and that no frame is under way of, so that they are made anew."""
+        for (scene, _), states in self._states.items():
+            for state in [one for one in states if scene == ref and one.frames == 0 and stale(one.loaded)]:
+                states.remove(state)
+                self._dropped(state.loaded)
+
     def leave(self, viewer: int) -> None:
         """Have a viewer look at none, and free its own."""
         for ref, owner in [*self._states]:

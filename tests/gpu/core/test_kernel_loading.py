@@ -252,6 +252,16 @@ def test_one_who_is_interrupted_leaves_the_compiler_to_whoever_comes_next(
     assert out.numpy()[0] > 0
 
 
+def test_others_have_the_device_while_kernels_are_compiled_to_be_loaded(cpu: str, others: Others) -> None:
+    device, kernels = wp.get_device(cpu), [new_kernel() for _ in range(3)]
+    load_kernels(kernels, device, 1)
+    assert others.turns > 0
+    assert all((device.context, 1) in kernel.module.execs for kernel in kernels)
+    turns = others.turns
+    load_kernels(kernels, device, 1)
+    assert others.turns == turns
+
+
 def test_a_launch_that_gives_nothing_away_compiles_itself(cpu: str, others: Others) -> None:
     out = wp.zeros(1, dtype=int, device=cpu)
     with DEVICE_SHARING.keep():

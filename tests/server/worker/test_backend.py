@@ -469,7 +469,7 @@ def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(
 ) -> None:
     heard: list[str] = []
     backend.open(BOX, silent)
-    monkeypatch.setattr("server.worker.backend.warm_up", lambda scene, settings: heard.append("warm"))
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda scene, settings: heard.append("warm"))
     for edits in (
         SceneEdits(lights={"light": LightEdit(intensity=0.25)}),
         SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.1)}),
@@ -478,6 +478,43 @@ def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(
         with backend._state(BOX, edits, 1, silent):
             pass
     assert heard == ["warm"]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_edits_are_shown_by_general_kernels_until_their_own_are_there(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch, *, fails: bool
+) -> None:
+    late = create_autospec(LateKernels, instance=True, compiled=False)
+    late.load.side_effect = RuntimeError("of a compiler") if fails else None
+    settings = SETTINGS.model_copy(update={"component": Component.DIRECT})
+
+    def picture(roughness: float) -> Floats:
+        edits = SceneEdits(materials={"green": MaterialEdit(metallic=1.0, roughness=roughness)})
+        walk = replace(job(viewer=7, settings=settings, output=".npy"), walks=True, edits=edits)
+        radiance = backend.render(walk, silent).radiance
+        assert radiance is not None
+        return radiance
+
+    def is_general() -> bool:
+        (state,) = backend._states._states[BOX, None]
+        return state.loaded.device_scene.general
+
+    backend.close(BOX)
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: None)
+    backend.open(BOX, silent)
+    monkeypatch.setattr(backend, "_warm", set())
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: late)
+    before = picture(0.3)
+    assert is_general()
+    picture(0.31)  # in the arrays of the one before
+    assert is_general()
+    assert not backend._scenes[BOX].device_scene.general
+    late.compiled = True
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: None)
+    after = picture(0.3)
+    assert (is_general(), late.load.call_count) == (fails, 1)
+    assert after.mean() == pytest.approx(before.mean(), rel=0.1)
+    backend.close(BOX)
 
 
 def test_a_scene_that_is_closed_leaves_no_state(backend: GpuBackend) -> None:

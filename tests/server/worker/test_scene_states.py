@@ -53,6 +53,18 @@ def shown() -> Shown:
     return Shown()
 
 
+def test_stale_states_are_made_anew_once_no_frame_is_under_way(shown: Shown) -> None:
+    kept, stale = shown.show(1, 1), shown.show(2, 2)
+    with shown.using(2, 2):
+        shown.states.renew(BOX, lambda state: state is stale)
+        assert shown.dropped == 0
+    shown.states.renew(SceneRef("other", "cornell-box"), lambda state: True)
+    shown.states.renew(BOX, lambda state: state is stale)
+    assert shown.dropped == 1
+    assert shown.show(1, 1) is kept
+    assert shown.show(2, 2) is not stale
+
+
 def test_what_one_viewer_edits_goes_on_in_its_arrays(shown: Shown) -> None:
     assert len({id(shown.show(1, number)) for number in range(5)}) == 1
     assert (shown.made, shown.changed, len(shown.states)) == (1, 4, 1)
