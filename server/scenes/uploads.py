@@ -208,7 +208,7 @@ class Uploads:
         except SceneError as error:
             if not error.field.endswith(".uri"):
                 raise
-            hint = "upload a .glb, or a .zip with the files that it refers to"
+            hint = "upload a .glb, a .zip with the files that it refers to, or all of them at once in the page"
             raise SceneError(name, error.field, f"{error.problem}; {hint}") from None
 
     async def _check_archive(

@@ -1,13 +1,15 @@
 """Scene files brought to the page: by the button, dropped, refused, cancelled."""
 
 import re
+import zipfile
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import pytest
 from harness import Running
 from looking import wait_for
-from playwright.sync_api import FilePayload, Page, Route, expect
+from playwright.sync_api import FilePayload, Page, Request, Route, expect
 from staged import SCENES, Stage, visit
 
 HALL: FilePayload = {"name": "hall.glb", "mimeType": "model/gltf-binary", "buffer": b"glTF" + bytes(1000)}
@@ -69,20 +71,46 @@ def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
     expect(page.locator("#drop")).to_be_hidden()
 
 
-def test_several_files_are_refused_with_what_to_do(page: Page, stage: Stage) -> None:
-    asked = answers(page, lambda route: route.abort())
-    page.evaluate(DROP, ["a.gltf", "a.bin"])
-    expect(page.locator("#toast")).to_contain_text("ZIP")
-    assert asked == []
+def archive(request: Request) -> dict[str, bytes]:
+    """What was sent, by its names."""
+    with zipfile.ZipFile(BytesIO(request.post_data_buffer or b"")) as sent:
+        assert sent.testzip() is None
+        return {entry.filename: sent.read(entry) for entry in sent.infolist()}
 
 
-def test_a_folder_is_refused_with_what_to_do(page: Page, stage: Stage, tmp_path: Path) -> None:
-    asked = answers(page, lambda route: route.abort())
+def test_several_files_are_sent_as_an_archive(page: Page, stage: Stage) -> None:
+    sent: list[Request] = []
+    answers(page, lambda route: (sent.append(route.request), route.fulfill(status=201, json={"id": "new/1"}))[1])
+    page.evaluate(DROP, ["holz.png", "große halle.gltf", "halle.bin"])
+    wait_for(page, lambda: len(sent) == 1)
+    assert sent[0].url.split("?")[1] == "name=gro%C3%9Fe+halle.zip"
+    assert archive(sent[0]) == dict.fromkeys(("holz.png", "große halle.gltf", "halle.bin"), b"content")
+    expect(page.locator("#upload")).to_be_hidden()
+
+
+def test_a_folder_is_sent_as_an_archive(page: Page, stage: Stage, tmp_path: Path) -> None:
+    sent: list[Request] = []
+    answers(page, lambda route: (sent.append(route.request), route.fulfill(status=201, json={"id": "new/1"}))[1])
+    maps = tmp_path / "house" / "maps"
+    maps.mkdir(parents=True)
+    (maps.parent / "scene.obj").write_bytes(b"f 1 2 3")
+    for number in range(120):  # more than a browser gives at once
+        (maps / f"{number}.png").write_bytes(bytes([number]) * 70_000)
     browser = page.context.new_cdp_session(page)
-    data = {"items": [], "files": [str(tmp_path)], "dragOperationsMask": 1}
+    data = {"items": [], "files": [str(maps.parent)], "dragOperationsMask": 1}
     for event in ("dragEnter", "dragOver", "drop"):
         browser.send("Input.dispatchDragEvent", {"type": event, "x": 300, "y": 300, "data": data})
-    expect(page.locator("#toast")).to_contain_text("ZIP")
+    wait_for(page, lambda: len(sent) == 1)
+    assert sent[0].url.split("?")[1] == "name=house.zip"
+    files = archive(sent[0])
+    assert files.pop("house/scene.obj") == b"f 1 2 3"
+    assert files == {f"house/maps/{number}.png": bytes([number]) * 70_000 for number in range(120)}
+
+
+def test_too_many_files_are_told(page: Page, stage: Stage) -> None:
+    asked = answers(page, lambda route: route.abort())
+    page.evaluate(DROP, [f"{number}.png" for number in range(2001)])
+    expect(page.locator("#toast")).to_contain_text("More than 2000 files")
     assert asked == []
 
 

@@ -233,7 +233,7 @@ def test_an_archive_becomes_its_scene(make: Make) -> None:
 
 def test_a_lone_gltf_is_told_how_to_bring_its_files(make: Make) -> None:
     content = json.dumps(triangle(buffers=[{"byteLength": 36, "uri": "a.bin"}])).encode()
-    with pytest.raises(SceneError, match=r"^a\.gltf: buffers\[0\]\.uri: .* upload a \.glb, or a \.zip"):
+    with pytest.raises(SceneError, match=r"^a\.gltf: buffers\[0\]\.uri: .* upload a \.glb, a \.zip"):
         add(make(CHECK), "a.gltf", content)
 
 
