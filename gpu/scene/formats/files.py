@@ -4,6 +4,7 @@ import base64
 import binascii
 import os
 import re
+from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from stat import S_ISREG
 from unicodedata import normalize
@@ -60,17 +61,33 @@ def confined_file(scene: Path, name: str, field: str) -> Path | None:
 def file_beside(scene: Path, name: str, field: str, remarks: Remarks) -> Path | None:
     """As `confined_file`, for names that come from another machine too; what was found otherwise than named is said.
 
-    Of an absolute path, of Windows or not, or a file: URI, the last part is looked for in the folder of `scene`.
+    Of an absolute path, of Windows or not, or a file: URI, as much of the end is taken as is in the folder of `scene`.
     """
     path = re.sub(r"^file:(//[^/]*)?", "", name, flags=re.IGNORECASE)
     elsewhere = path != name or PureWindowsPath(path).anchor != ""
-    wanted = PureWindowsPath(path).name if elsewhere else name
-    found = confined_file(scene, wanted, field)
+    found, wanted = None, name
+    for wanted in ends_in(scene.parent, path) if elsewhere else [name]:
+        found = confined_file(scene, wanted, field)
+        if found is not None:
+            break
     if found is not None:
         shown = found.relative_to(scene.parent.resolve()).as_posix()
         if elsewhere or shown != PurePosixPath(wanted.replace("\\", "/")).as_posix():
             remarks.add(f"{name[-60:]!r} was read from {shown!r} beside the scene", field)
     return found
+
+
+def ends_in(folder: Path, path: str) -> list[str]:
+    """The ends of another machine's absolute path that begin with what is in `folder`, the longest first; of a path
+    without any, its name.
+    """
+    there = set[str]()
+    with suppress(OSError):
+        there.update(_folded(one.name) for one in folder.iterdir())
+    pure = PureWindowsPath(path)
+    parts = pure.relative_to(pure.anchor).parts
+    ends = [parts[begin:] for begin, part in enumerate(parts) if _folded(part) in there]
+    return ["/".join(end) for end in ends if ".." not in end] or [pure.name]
 
 
 def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits, remarks: Remarks) -> bytes:

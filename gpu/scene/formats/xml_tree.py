@@ -26,7 +26,7 @@ def xml_root(source: str, content: bytes, field: str = "") -> Element:
     """
     parser = ElementTree.XMLParser(target=_Builder())
     try:
-        parser.feed(content)
+        parser.feed(content.lstrip())  # programs begin with an empty line, before which nothing may stand
         root: Element = parser.close()
     except ElementTree.ParseError as error:
         raise SceneError(source, field, f"not XML that can be read: {error}") from error

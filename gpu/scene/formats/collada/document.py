@@ -45,7 +45,7 @@ class Document:
         """The element called `tag` that `url`, "#id" or "id", names; None, and said, when there is none."""
         found = self._ids.get(unquote((url or "").removeprefix("#")))
         if found is None or found.tag != tag:
-            self.remarks.add(f"a {tag} that the file refers to is not in it", repr((url or "")[-60:]))
+            self.remarks.add(f"no {tag} of that name is in the file, which refers to it", repr((url or "")[-60:]))
             return None
         return found
 
@@ -101,7 +101,10 @@ class Document:
     def up(self) -> Axis | None:
         """The axis that is up; "y" of a file with X up, which `turn` turns."""
         axes: dict[str, Axis] = {"X_UP": "y", "Y_UP": "y", "Z_UP": "z"}
-        return axes.get(text_of(self.root.find("asset/up_axis")).upper())
+        said = text_of(self.root.find("asset/up_axis"))
+        if said and said.upper() not in axes:
+            self.remarks.add(f"the axis that is up is not known: {said!r:.40}; it is none of {', '.join(axes)}")
+        return axes.get(said.upper())
 
     @property
     def turn(self) -> Doubles:

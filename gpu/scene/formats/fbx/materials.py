@@ -1,6 +1,7 @@
 """Materials of an FBX scene: PBR shaders and Phong, which ufbx converts, as metallic-roughness."""
 
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import PureWindowsPath
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.floats import triple
 from gpu.scene.formats.fbx.extracted import Extracted, matrix_of
-from gpu.scene.formats.files import confined_file, read_bytes
+from gpu.scene.formats.files import confined_file, ends_in, read_bytes
 from gpu.scene.formats.images import decode_image, fitted
 from gpu.scene.transforms import slot_transform
 from gpu.scene.types import AlphaMode, Bytes, Material, Rgb, Texture, TextureSlot, Wrap
@@ -142,12 +143,13 @@ class Materials:
     def _content(self, number: int, names: list[str]) -> bytes | None:
         """The bytes that are embedded, or those of the file by its relative path or beside the scene.
 
-        Exporters write the absolute path on their own machine; of that the last part counts.
+        Exporters write the absolute path on their own machine, of which the end may be there.
         """
         embedded = self.found.arrays[f"texture{number}"]
         if embedded.size:
             return embedded.tobytes()
-        for name in (*names, *(PureWindowsPath(name).name for name in names)):
+        ends = chain.from_iterable(ends_in(self.found.path.parent, name) for name in names)
+        for name in (*names, *ends):
             path = PureWindowsPath(name)
             if name and not path.is_absolute() and not path.root and ".." not in path.parts:
                 file = confined_file(self.found.path, path.as_posix(), name)

@@ -8,7 +8,7 @@ from pathlib import Path, PureWindowsPath
 import numpy as np
 
 from gpu.errors import ForbiddenError, SceneError
-from gpu.scene.formats.files import file_beside, read_bytes
+from gpu.scene.formats.files import ends_in, file_beside, read_bytes
 from gpu.scene.formats.images import decode_image, fitted
 from gpu.scene.formats.mtl.statements import MapStatement, MtlMaterial
 from gpu.scene.formats.text import uncommented
@@ -46,12 +46,16 @@ class MapFiles:
     def find(self, name: str, field: str, beside: Path | None = None) -> Path | None:
         """The file called `name` in the folder of the library `beside`, else in the scene's; None when there is none.
 
-        Of an absolute path the last part is looked for. Raises SceneError for a name that leaves the scene's folder.
+        Of an absolute path the end is looked for. Raises SceneError for a name that leaves the scene's folder.
         """
         absolute = PureWindowsPath(name).anchor != ""
-        relative = PureWindowsPath(name).name if absolute else name.replace("\\", "/")
-        folders = [beside.parent.relative_to(self._scene.parent.resolve()).as_posix()] if beside else []
-        wanted = [posixpath.normpath(posixpath.join(folder, relative)) for folder in dict.fromkeys([*folders, ""])]
+        home = self._scene.parent.resolve()
+        folders = dict.fromkeys([*([beside.parent.relative_to(home).as_posix()] if beside else []), ""])
+        wanted = [
+            posixpath.normpath(posixpath.join(folder, relative))
+            for folder in folders
+            for relative in (ends_in(home / folder, name) if absolute else [name.replace("\\", "/")])
+        ]
         for place in wanted:
             if place == wanted[0] or not place.startswith(".."):
                 path = file_beside(self._scene, place, field, self._remarks)

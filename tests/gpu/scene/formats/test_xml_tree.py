@@ -30,6 +30,10 @@ def test_what_is_no_xml_is_refused(content: bytes) -> None:
         xml_root("a.xml", content, "part")
 
 
+def test_an_empty_line_may_come_first() -> None:
+    assert xml_root("a.xml", b'\r\n <?xml version="1.0"?><a/>').tag == "a"
+
+
 def test_numbers() -> None:
     assert number_row(" 1 2e3\n-4 ").tolist() == [1.0, 2000.0, -4.0]
     assert np.isnan(number_row("-1.#IND")).all()

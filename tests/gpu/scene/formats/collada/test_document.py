@@ -27,6 +27,7 @@ def zae(files: dict[str, bytes]) -> bytes:
         ("<up_axis>X_UP</up_axis>", "y", None),
         ('<unit meter="0"/>', None, None),
         ('<unit meter="a"/>', None, None),
+        ("<up_axis>Z-UP</up_axis>", None, None),
     ],
 )
 def test_unit_and_up_axis(tmp_path: Path, asset: str, up: str | None, metres: float | None) -> None:
@@ -36,6 +37,7 @@ def test_unit_and_up_axis(tmp_path: Path, asset: str, up: str | None, metres: fl
     assert any("no number of metres" in said for said in document.remarks.sentences()) == (
         "unit" in asset and not metres
     )
+    assert any("the axis that is up is not known" in said for said in document.remarks.sentences()) == ("Z-" in asset)
 
 
 @pytest.mark.parametrize(

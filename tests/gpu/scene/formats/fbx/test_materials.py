@@ -25,6 +25,7 @@ def things(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     files = {
         "Relative": ("C:\\else\\a.png", "tex\\a.png"),
         "Absolute": ("C:\\else\\b.png", "..\\b.png"),
+        "End": ("C:\\else\\tex\\a.png", "..\\job\\Tex\\a.png"),
         "Missing": ("C:\\else\\none.png", "none.png"),
         "Broken": ("broken.png", "broken.png"),
     }
@@ -50,7 +51,7 @@ def named(scene: Scene, name: str) -> Material:
     return next(material for material in scene.materials if material.name == name)
 
 
-@pytest.mark.parametrize("name", ["Relative", "Absolute"])
+@pytest.mark.parametrize("name", ["Relative", "Absolute", "End"])
 def test_textures_beside_the_scene(things: Scene, name: str) -> None:
     material = named(things, name)
     assert things.textures[material.base_color_slot.texture].pixels[0, 0].tolist() == [10, 20, 30, 255]

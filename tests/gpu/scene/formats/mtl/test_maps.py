@@ -40,6 +40,7 @@ def folder(tmp_path: Path) -> Path:
         ('"textures/a #2 b.png"', 30),
         ("C:\\Users\\me\\both.png", 10),
         ("/home/me/both.png", 10),
+        ("C:\\job\\Textures\\a #2 b.png", 30),
         ("none.png", None),
         ("../none.png", None),
         ("/etc/hostname", None),
