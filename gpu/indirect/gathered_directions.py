@@ -48,6 +48,12 @@ def project_radiance_kernel(first: int, clusters: ShadingClusters, order: wp.arr
             cosine = wp.dot(direction, normal)
             both = harmonics_at(direction) + harmonics_at(direction - normal * (2.0 * cosine))
             total += both * ((gathered.radiance[cluster * rays + place][channel] - mean) / wp.max(cosine, LEAST_COSINE))
+        guided = gathered.guided.radiance.shape[0] // clusters.spacing.shape[0]
+        for ray in range(cluster * guided, (cluster + 1) * guided):
+            direction = gathered.guided.direction[ray]
+            cosine = wp.dot(direction, normal)
+            both = harmonics_at(direction) + harmonics_at(direction - normal * (2.0 * cosine))
+            total += both * (gathered.guided.radiance[ray][channel] / wp.max(cosine, LEAST_COSINE))
         total *= wp.pi / float(rays)
         total[0] += mean * wp.sqrt(4.0 * wp.pi)
     coefficients[cluster, channel] = total

@@ -142,6 +142,7 @@ def cut_site_kernel(first: int, tree: PhotonTree, cut: CutNodes, sites: PhotonSi
         begin = run_begin(tree.photons.count[0], cut.level[entry], number)
         end = run_begin(tree.photons.count[0], cut.level[entry], number + 1)
         sites.photon[entry] = (begin + end) // 2
+        sites.flux[entry] = wp.length(tree.flow[cut.node[entry]])
 
 
 @wp.kernel

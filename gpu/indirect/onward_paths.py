@@ -24,7 +24,9 @@ from gpu.device_scene.panes import transmittance
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
+from gpu.indirect.bright_photons import BrightPhotons, any_bright, ray_share
 from gpu.indirect.gather_rays import RayEnds, gather_direction
+from gpu.indirect.guided_rays import GUIDED_PAIR, guided_ray
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import pixel_seed, sobol_pair
@@ -52,22 +54,23 @@ ONWARD_PARAMETERS: OnwardParameters = parameters(OnwardParameters)
 
 @wp.struct
 class Onward:
-    """What paths find besides light that is known. table: of the emitters; bounces: at most, as photons have; begin,
-    end: the vertices that are looked at, from the first to before the last.
+    """What paths find besides light that is known. table: of the emitters; bright: photons; bounces: at most, as
+    photons have; begin, end: the vertices that are looked at, from the first to before the last.
     """
 
     chosen: OnwardParameters
     table: LightTable
+    bright: BrightPhotons
     bounces: int
     begin: int
     end: int
 
 
-def onward(table: LightTable, bounces: int, begin: int, end: int) -> Onward:
-    """What the vertices of paths from `begin` to before `end` find of the emitters of `table`."""
+def onward(table: LightTable, bright: BrightPhotons, bounces: int, begin: int, end: int) -> Onward:
+    """What the vertices of paths from `begin` to before `end` find of the emitters of `table` and `bright` photons."""
     part = Onward()
     part.chosen, part.table, part.bounces = ONWARD_PARAMETERS, table, bounces
-    part.begin, part.end = begin, end
+    part.bright, part.begin, part.end = bright, begin, end
     return part
 
 
@@ -91,7 +94,7 @@ def emitted_irradiance(scene: SceneData, table: LightTable, surface: Surface, nu
 @made_for(*LOOK, "environment")
 def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
     """The kernel for scenes of these `features`; lookup, data: as of gpu.indirect.illumination.Illumination."""
-    specialise = specialisation(features)
+    specialise, guided = specialisation(features), guided_ray(lookup, data)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def onward_kernel(first: int, scene: SceneData, part: Onward, lit: data, clusters: ShadingClusters,
@@ -132,14 +135,23 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
                 met = light_at_hit(scene, part.table, part.table.all_emitters, origin, direction, hit)
                 density = wp.dot(direction, normal) / PI
                 light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
-            if hit.face == NO_HIT or vertex + 1 == vertices:
+            if vertex + 1 == vertices:
                 break
+            if vertex >= part.begin and any_bright(part.bright) > 0:
+                value = sobol_pair(number, GUIDED_PAIR + 1 + vertex, seed).a
+                bright = guided(scene, lit, part.bright, surface.position, normal, normal, value, 1.0)
+                light += wp.cw_mul(throughput, bright.earlier) * PI
+            if hit.face == NO_HIT:
+                break
+            way = -surface.position
             surface = surface_at(scene, hit, direction)
+            way += surface.position
             if vertex >= part.begin:
                 estimate = lookup(lit, surface.position, surface.geometric_normal)
                 if estimate.known:
+                    share = ray_share(part.bright, estimate.irradiance, way, normal, surface.geometric_normal, 1.0)
                     reflected = wp.cw_mul(throughput, even_reflectance(surface, -direction))
-                    light += wp.cw_mul(reflected, estimate.earlier)
+                    light += wp.cw_mul(reflected, estimate.earlier) * share
                     break
                 if vertex + 1 == part.end:
                     ends.unknown[index] = 1

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.clustering.grid import separation
+from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.indirect.illumination import IrradianceEstimate
 from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, reaches
-from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, allocate_sites, estimate_irradiance
+from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, allocate_sites, estimate_irradiance, times_mean
 from gpu.lights.photon_tree import PhotonTree
 
 PHOTONS_A_SITE = wp.constant(4)
@@ -29,10 +30,13 @@ class LookupParameters:
     around.
 
     What light then spreads beyond its edges is about what estimates across them lack within. Of points among photons
-    one in a hundred is farther from all that answer; with 0.45, one in twelve.
+    one in a hundred is farther from all that answer; with 0.45, one in twelve. Where light is `bright` times the mean
+    of all, it reaches farther, so that all that a ray may meet there is known.
     """
 
     reach: float = 0.7
+    bright: float = 8.0
+    bright_reach: float = 1.0
 
 
 LOOKUP_PARAMETERS: LookupParameters = parameters(LookupParameters)
@@ -62,7 +66,9 @@ def choose_sites_kernel(first: int, tree: PhotonTree, sites: PhotonSites) -> Non
     if site == 0:
         sites.count[0] = count
     if site < count:
-        sites.photon[site] = int((wp.int64(2 * site + 1) * wp.int64(photons)) // wp.int64(2 * count))
+        photon = int((wp.int64(2 * site + 1) * wp.int64(photons)) // wp.int64(2 * count))
+        sites.photon[site] = photon
+        sites.flux[site] = brightness(tree.photons.flux[photon])
 
 
 def choose_sites(tree: PhotonTree, sites: PhotonSites) -> None:
@@ -79,7 +85,9 @@ def site_disk_kernel(first: int, lit: FullMap) -> None:
     photon = lit.sites.photon[site]
     lit.position[site] = lit.tree.photons.position[photon]
     lit.normal[site] = lit.tree.photons.normal[photon]
-    lit.reach[site] = wp.min(lit.chosen.reach * lit.sites.radius[site], lit.sites.free[site])
+    bright = times_mean(lit.sites, lit.sites.irradiance[site]) > lit.chosen.bright
+    reach = wp.where(bright, lit.chosen.bright_reach, lit.chosen.reach)
+    lit.reach[site] = wp.min(wp.min(reach * lit.sites.radius[site], lit.grid.reach), lit.sites.free[site])
 
 
 @wp.func

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, separation
+from gpu.core.color import brightness
 from gpu.core.constants import GOLDEN_RATIO, PI, TWO_PI
 from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
 from gpu.core.parameters import parameters
+from gpu.core.sample_mean import SAMPLES, find_sample_mean
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, unblocked
@@ -56,7 +58,8 @@ class PhotonSites:
     alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
     the estimate's disk, unit space; free (site,): so far around, at most that, there is nothing but their surface, 0
     where too little of it is to be believed; irradiance (site,) [W/m²]; earlier (site,): what of that photons bring
-    that are not of the last bounce.
+    that are not of the last bounce; flux (site,): what photons that it stands for bring, by brightness [W];
+    sampled_flux, sampled_area (SAMPLES,): of some, and the surface that it lights; mean_flux, mean_area (1,): of these.
     """
 
     alike: ClusteringParameters
@@ -66,6 +69,11 @@ class PhotonSites:
     free: wp.array[float]
     irradiance: wp.array[wp.vec3]
     earlier: wp.array[wp.vec3]
+    flux: wp.array[float]
+    sampled_flux: wp.array[float]
+    sampled_area: wp.array[float]
+    mean_flux: wp.array[float]
+    mean_area: wp.array[float]
 
 
 def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
@@ -73,7 +81,15 @@ def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
     sites: PhotonSites = allocate(PhotonSites, capacity, device)
     sites.count = wp.zeros(1, dtype=int, device=device)
     sites.alike = CLUSTERING_PARAMETERS
+    sites.sampled_flux, sites.sampled_area = (wp.zeros(SAMPLES, dtype=float, device=device) for _ in range(2))
+    sites.mean_flux, sites.mean_area = (wp.zeros(1, dtype=float, device=device) for _ in range(2))
     return sites
+
+
+@wp.func
+def times_mean(sites: PhotonSites, irradiance: wp.vec3) -> float:
+    """How many times as bright as the mean of what is lit a surface of this irradiance is; 0 where nothing is known."""
+    return brightness(irradiance) * sites.mean_area[0] / wp.max(sites.mean_flux[0], 1.0e-30)
 
 
 @wp.func
@@ -209,6 +225,21 @@ def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
     return covered_density_kernel
 
 
+@wp.kernel
+def site_sample_kernel(first: int, sites: PhotonSites) -> None:
+    """One thread a sample: flux and area of a site; those of all are spread evenly."""
+    sample = first + wp.tid()
+    sites.sampled_flux[sample] = 0.0
+    sites.sampled_area[sample] = 0.0
+    count = sites.count[0]
+    if count > 0:
+        site = int(wp.int64(2 * sample + 1) * wp.int64(count) / wp.int64(2 * SAMPLES))
+        light = brightness(sites.irradiance[site])
+        if light > 0.0:
+            sites.sampled_flux[sample] = sites.flux[site]
+            sites.sampled_area[sample] = sites.flux[site] / light
+
+
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
     """Fill in radius and irradiance of the `sites`, as if their disks were surface all over."""
     device = sites.photon.device
@@ -218,9 +249,12 @@ def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParame
 
 def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
                         chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
-    """Fill in radius, irradiance and how far around is free of the `sites`, on the surfaces of `scene`."""
+    """Fill in radius, irradiance, its means, and how far around is free of the `sites`, on the surfaces of `scene`."""
     estimate_density(tree, sites, chosen)
     device = sites.photon.device
     lanes = lanes_of(device, few=True)
     inputs = [lanes, scene, tree, chosen, sites]
     launch(covered_density_kernel(masks_of(scene)), lanes * len(sites.photon), inputs, device)
+    launch(site_sample_kernel, SAMPLES, [sites], device)
+    find_sample_mean(sites.sampled_flux, sites.mean_flux)
+    find_sample_mean(sites.sampled_area, sites.mean_area)

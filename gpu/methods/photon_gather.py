@@ -103,7 +103,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         gloss; of a cut next to nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 238 * sample_counts.photons + 475 * sample_counts.sp_clusters + 40 * rays, 52 * sample_counts.sp_clusters
+        return 241 * sample_counts.photons + 475 * sample_counts.sp_clusters + 43 * rays, 52 * sample_counts.sp_clusters
 
     def new_view(self) -> GatherViewState:
         """One whose walk keeps the places where light is gathered."""

@@ -1,5 +1,7 @@
 """A furnished box, and pictures of it, for tests of methods."""
 
+from dataclasses import replace
+
 import numpy as np
 from scenes import box, grey, quad, resident_of
 
@@ -20,6 +22,13 @@ def lamp_room(device: str = "cpu") -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)], device=device)
+
+
+def sconce_room() -> DeviceScene:
+    """The same box with a lamp that shines both ways, close to the wall to the left of CAMERA."""
+    lamp = quad((-0.485, 0.05, -0.15), (0.0, 0.1, 0.0), (0.0, 0.0, 0.06), 1)
+    block = quad((-0.1, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.6), replace(grey(0.0, 40.0), double_sided=True), grey(0.4)])
 
 
 def mirror_room() -> DeviceScene:

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pictures import lamp_room, picture, relative_error
+from pictures import lamp_room, picture, relative_error, sconce_room
 
 from gpu.indirect import final_gather
 from gpu.indirect.photon_lookup import LOOKUP_PARAMETERS
@@ -39,3 +39,11 @@ def test_where_photons_tell_nothing_rays_go_on_to_the_emitters(monkeypatch: pyte
     paths = picture(room, method=Method.PATH, samples=256, **choice)
     assert gathered.mean() == pytest.approx(paths.mean(), rel=0.02)
     assert relative_error(gathered, paths) < 0.01
+
+
+def test_paths_find_a_small_bright_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Photons answer behind a lamp that is close to a wall, and for few points elsewhere."""
+    monkeypatch.setattr(LOOKUP_PARAMETERS, "reach", 0.3)
+    choice = {"method": Method.PHOTON_GATHER, "photons": 16_000, "gather_rays": 64, **INDIRECT}
+    far = picture(sconce_room(), **choice)[:22, 22:, 0]
+    assert far.max() < 1.65 * np.median(far)

@@ -30,3 +30,16 @@ def test_a_fleck_of_light_is_no_brighter_or_darker_for_its_edges(count: int) -> 
     light.estimate(floor.view(lambertian=True))
     irradiance, _ = read_at(lattice(60), floor, 0.7, light)
     assert irradiance.mean() == pytest.approx(1.0, abs=0.07)
+
+
+def test_all_of_a_bright_place_is_known() -> None:
+    """Of points one in some hundred is not, where light is as elsewhere."""
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-0.5, 0.5, (6000, 3)) * (1.0, 0.0, 1.0)
+    places[3000:] *= 0.1
+    light = FullMapLight(tree_of(places, np.ones(6000)))
+    floor = resident_of(FLOOR, [grey(0.7)])
+    light.estimate(floor.view(lambertian=True))
+    within, without = (read_at(lattice(80) * share, floor, 0.7, light)[0][:, 0] for share in (0.098, 0.98))
+    assert (within > 0.0).all()
+    assert 0.9 < (without > 0.0).mean() < 0.999

@@ -18,6 +18,7 @@ from gpu.lights.photon_density import (
     covered_disk,
     disk_places,
     estimate_irradiance,
+    times_mean,
 )
 from gpu.lights.photon_map import Photons
 from gpu.lights.photon_tree import allocate_tree, build_tree
@@ -32,10 +33,10 @@ def square() -> DeviceScene:
     return resident_of([quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))], [grey(0.7)])
 
 
-def estimated(scene: DeviceScene, photons: Photons, **chosen: float) -> PhotonSites:
+def estimated(scene: DeviceScene, photons: Photons, sites: "PhotonSites | None" = None, **chosen: float) -> PhotonSites:
     tree = allocate_tree(photons)
     build_tree(tree)
-    sites = allocate_sites(len(photons.flux), scene.device)
+    sites = sites or allocate_sites(len(photons.flux), scene.device)
     sites.photon.assign(np.arange(len(photons.flux), dtype=np.int32))
     wp.copy(sites.count, photons.count)
     estimate_irradiance(scene.view(lambertian=True), tree, sites, parameters(DensityParameters, **chosen))
@@ -60,6 +61,25 @@ def test_irradiance_is_flux_over_area_up_to_the_edges(square: DeviceScene) -> No
     free, radius = sites.free.numpy(), sites.radius.numpy()
     assert (free >= np.minimum(radius, 0.5 - out) - 1e-6).mean() > 0.99
     assert (free[rim] < 2.0 * (0.5 - out[rim]) + 0.3 * radius[rim]).mean() > 0.9
+
+
+@wp.kernel
+def times_mean_kernel(first: int, sites: PhotonSites, out: wp.array[float]) -> None:
+    site = first + wp.tid()
+    out[site] = times_mean(sites, sites.irradiance[site])
+
+
+def test_the_mean_of_all_light_is_that_of_what_is_lit(square: DeviceScene) -> None:
+    """Of a square in light of 1, a hundredth has as much again, and so half of all photons."""
+    positions = np.random.default_rng(2).uniform(-0.5, 0.5, (8000, 3)) * (1.0, 0.0, 1.0)
+    positions[4000:] *= 0.1
+    photons = photons_of(positions, np.tile((0.0, 1.0, 0.0), (8000, 1)), np.full((8000, 3), 1.0 / 4000.0))
+    sites = allocate_sites(8000, square.device)
+    sites.flux.fill_(1.0 / 4000.0)
+    sites = estimated(square, photons, sites)
+    times = results(times_mean_kernel, 8000, [sites], float)
+    assert np.median(times[:4000]) == pytest.approx(0.5, rel=0.1)
+    assert np.median(times[4000:]) == pytest.approx(50.5, rel=0.1)
 
 
 def test_a_site_answers_up_to_a_thin_wall_on_its_surface() -> None:

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
+from pictures import CAMERA, SIZE, lamp_room, picture, relative_error, sconce_room
 from scenes import RARE, box, grey, quad, resident_of
 from stage_order import noted_stages
 
@@ -33,6 +33,17 @@ def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats, cut_nodes
     gathered = picture(room, method=Method.PHOTON_GATHER, cut_nodes=cut_nodes, **INDIRECT, **COUNTS)
     assert gathered.mean() == pytest.approx(paths.mean(), rel=0.03)
     assert relative_error(gathered, paths) < 0.005
+
+
+@pytest.mark.parametrize("cut_nodes", [0, 4096])
+def test_a_lamp_close_to_a_wall_leaves_no_bright_spots_elsewhere(cut_nodes: int) -> None:
+    """Few of a centre's rays meet the wall behind it, which is 200 times as bright as the mean of the room."""
+    room = sconce_room()
+    gathered = picture(room, method=Method.PHOTON_GATHER, cut_nodes=cut_nodes, **INDIRECT, **COUNTS)
+    paths = picture(room, method=Method.PATH, samples=256, **INDIRECT)
+    assert gathered.mean() == pytest.approx(paths.mean(), rel=0.05)
+    far = gathered[:22, 22:, 0]
+    assert far.max() < 1.65 * np.median(far)
 
 
 def test_a_glossy_floor_shows_what_its_lobes_reflect() -> None:
