@@ -309,7 +309,11 @@ class PathEnds:
         return int(self._count.host[0])
 
 
-def pilot_of(bounces: int, device: wp.Device, paths: int = 4096, *, arriving: bool = False) -> PathEnds:
+PILOT_PATHS = 4096
+"""Of a pilot run."""
+
+
+def pilot_of(bounces: int, device: wp.Device, paths: int = PILOT_PATHS, *, arriving: bool = False) -> PathEnds:
     """What a pilot run works with. arriving: photons are wanted, which black surfaces have, too, not VPLs."""
     return PathEnds(paths, bounces, device, arriving=arriving)
 

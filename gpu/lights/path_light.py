@@ -12,10 +12,12 @@ from gpu.lights.build import build_light_table, power_cdf, probabilities
 from gpu.lights.light_table import DIRECTIONAL, LightTable, PowerCdf
 from gpu.lights.sun_map import SunMaps
 from gpu.scene.lighting.path_light import path_light, path_light_shares
-from gpu.scene.types import Mask, Scene, same_sky
+from gpu.scene.types import Doubles, Ints, Mask, Scene, same_sky
 
 # Of all paths, those that begin at suns which light nothing that cameras find, where there are other emitters.
 _UNSEEN_SHARE = 0.2
+# Of all choices, those by power alone, where others follow what arrives.
+_POWER_SHARE = 0.3
 _SURFACES = "vertices", "normals", "triangles", "triangle_material", "uvs", "colors"
 
 
@@ -44,24 +46,42 @@ def unseen_suns(table: LightTable) -> Mask:
     return unseen
 
 
-def by_reach(table: LightTable) -> LightTable:
-    """`table`, whose emitters are chosen by power, with a choice of its own by what can reach what is seen, too: where
-    the map of a sun shows that cameras find nothing which it lights, as from a closed room, it is seldom chosen. By its
-    power it would always be.
+def kinds_of(table: LightTable) -> Ints:
+    """Which emitters (emitter,) are triangles (0), the sky (1) or punctual lights (2)."""
+    return np.repeat(np.arange(3, dtype=np.int32), [table.triangle_count, table.sky_count, table.light_count])
+
+
+def by_reach(table: LightTable, reach: Doubles | None) -> LightTable:
+    """`table`, whose emitters are chosen by power, with choices of its own by what can reach what is seen, too.
+
+    reach (kind,): of gpu.vpl.light_reach. Where the map of a sun shows that cameras find nothing which it lights, as
+    from a closed room, it is seldom chosen. By its power it would always be.
     """
-    made = duplicate(LightTable, table)
+    made, device = duplicate(LightTable, table), table.all_emitters.cumulative.device
     chosen, unseen = duplicate(PowerCdf, table.all_emitters), unseen_suns(table)
     chosen.cumulative = wp.clone(table.all_emitters.cumulative)
-    if unseen.any():
+    if reach is not None or unseen.any():
         shares = probabilities(table.all_emitters)
+        if reach is not None:
+            shares = _shares_by_reach(shares, reach[kinds_of(table)])
+            if table.sampled.count > 0:
+                made.sampled = power_cdf(shares[: table.sampled.count], device)
         others, hidden = shares[~unseen].sum(), shares[unseen].sum()
         if others > 0.0 and hidden > _UNSEEN_SHARE:
             shares = np.where(unseen, shares * (_UNSEEN_SHARE / hidden), shares * ((1.0 - _UNSEEN_SHARE) / others))
-        chosen = power_cdf(shares, table.all_emitters.cumulative.device)
+        chosen = power_cdf(shares, device)
     made.all_emitters = chosen
     if made.enumerated_count == 0:
         made.sampled = made.all_emitters
     return made
+
+
+def _shares_by_reach(power: Doubles, reach: Doubles) -> Doubles:
+    """How often each emitter is chosen by `power` and by what of it arrives, (emitter,) each."""
+    arriving = power * reach
+    if arriving.sum() == 0.0:
+        return power
+    return np.asarray(_POWER_SHARE * power / power.sum() + (1.0 - _POWER_SHARE) * arriving / arriving.sum())
 
 
 class PathLight:
@@ -69,12 +89,12 @@ class PathLight:
     numbers the parts of a scene.
     """
 
-    def __init__(self, device_scene: DeviceScene, suns: SunMaps) -> None:
-        """suns: the maps of the scene's suns."""
+    def __init__(self, device_scene: DeviceScene, suns: SunMaps, reach: Doubles | None) -> None:
+        """suns: the maps of the scene's suns; reach: as for `by_reach`."""
         drawn = device_scene.edited(path_light(device_scene.scene))
         table = build_light_table(drawn)
         table.suns = suns
-        self._scene, self.table = drawn.scene, by_reach(table)
+        self._scene, self.table = drawn.scene, by_reach(table, reach)
         self._materials, self._sky = drawn.data.materials, drawn.data.sky
         self._shares = path_light_shares(device_scene.scene)
         self.shares = wp.array(self._shares, dtype=wp.vec3, device=device_scene.device)
@@ -85,9 +105,9 @@ class PathLight:
         seen.materials, seen.sky = self._materials, self._sky
         return seen
 
-    def follow(self, edited: DeviceScene, table: LightTable, *, same_suns: bool) -> bool:
+    def follow(self, edited: DeviceScene, table: LightTable, reach: Doubles | None, *, same_suns: bool) -> bool:
         """Become the light of `edited`, which has as much of everything, and emitters in this `table`; whether paths
-        are the same as before. same_suns: their maps are.
+        are the same as before. reach: as for `by_reach`; same_suns: their maps are.
         """
         shares = path_light_shares(edited.scene)
         if not np.array_equal(shares, self._shares):
@@ -101,7 +121,7 @@ class PathLight:
             drawn = edited.edited(scene)
             table = build_light_table(drawn)
             table.suns = suns
-            table = by_reach(table)
+            table = by_reach(table, reach)
         if drawn.scene.materials is not self._scene.materials:
             wp.copy(self._materials, drawn.data.materials)
         if drawn.scene.sky is not self._scene.sky:

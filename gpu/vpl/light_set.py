@@ -13,11 +13,12 @@ from gpu.core.device import launch
 from gpu.core.stages import new_number
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.lights.light_paths import PathEnds, allocate_vpls, gather_vpls_kernel
+from gpu.lights.light_paths import allocate_vpls, gather_vpls_kernel
 from gpu.vpl.build import no_clusters
 from gpu.vpl.clustering import VplClustering
 from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.radiosity_cache import RadiosityBuilder
+from gpu.vpl.seen_paths import SeenPathEnds
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Runs a part of the making by name; the part launches the same each time that the set's `number` is the same.
@@ -38,14 +39,15 @@ class LightSetChoice:
 
 
 class VplMaker:
-    """Finds VPLs and clusters them, with room for so many `paths` and `vpls`; for sets that differ by their seeds.
+    """Finds VPLs and clusters them, with room for so many `vpls`; for sets that differ by their seeds.
 
     number: of its arrays, for captured graphs.
     """
 
-    def __init__(self, choice: LightSetChoice, paths: int, vpls: int, device: wp.Device) -> None:
-        self.number, self.room, self.device = new_number(), vpls, device
-        self.ends = PathEnds(paths, choice.bounces, device, arriving=False)
+    def __init__(self, choice: LightSetChoice, ends: SeenPathEnds, vpls: int) -> None:
+        """ends: what traces the paths."""
+        device = ends.device
+        self.number, self.room, self.device, self.ends = new_number(), vpls, device, ends
         self.vpls = allocate_vpls(min(vpls, self.ends.capacity), device)
         self.clustering = VplClustering(self.vpls, self.ends.filled, choice.vpl_clusters, device)
 

@@ -15,10 +15,12 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import Emitters, emitters_after, emitters_of
-from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
+from gpu.lights.light_paths import paths_for
 from gpu.lights.light_table import LightTable, PowerCdf
 from gpu.lights.path_light import PathLight, by_reach, same_surfaces
+from gpu.vpl.light_reach import light_reach
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
+from gpu.vpl.seen_paths import SeenPathEnds, pilot_of, walked
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -44,14 +46,16 @@ class LightSets:
         # their seed.
         self._paths: dict[LightSetChoice, int] = {}
         self._views: dict[bool, SceneData] = {}  # by whether they are Lambertian
-        self._pilots: dict[int, PathEnds] = {}  # by bounces
+        self._pilots: dict[int, SeenPathEnds] = {}  # by bounces
         self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self.version = self.surface_version = self._path_version = 0
         self._emitters: Emitters = emitters_of(device_scene)
         self._emitters.table.suns = sun_maps_of(device_scene, self._emitters.table)
-        self.table: LightTable = by_reach(self._emitters.table)
-        self._path_light = PathLight(device_scene, self.table.suns)
+        self._reach = light_reach(device_scene, device_scene.data, self._emitters.table)
+        self.table: LightTable = by_reach(self._emitters.table, self._reach)
+        self._path_light = PathLight(device_scene, self.table.suns, self._reach)
+        self._walked = walked(device_scene)
 
     def follow(self, edited: DeviceScene) -> bool:
         """Have the scene become what `edited` (DeviceScene.edited) is, in the arrays that renderers read: whoever has
@@ -71,12 +75,12 @@ class LightSets:
         else:
             table.suns = self.table.suns
         by_power, sampled = table.all_emitters, table.sampled
-        table = by_reach(table)
+        table = by_reach(table, self._reach)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
         if not same_surfaces(scene.scene, edited.scene):
             self.surface_version += 1
-        same_paths = self._path_light.follow(edited, table, same_suns=same_suns)
+        same_paths = self._path_light.follow(edited, table, self._reach, same_suns=same_suns)
         scene.become(edited)
         overwrite(LightTable, self.table, table)
         resident = duplicate(LightTable, self.table)
@@ -150,7 +154,8 @@ class LightSets:
             features = self._device_scene.features(lambertian=choice.lambertian)
             inputs = self._device_scene, scene, self._path_light.table, choice.vpls, choice.bounces, features
             if choice.bounces not in self._pilots:
-                self._pilots[choice.bounces] = pilot_of(choice.bounces, self._device_scene.device)
+                table = self._path_light.table
+                self._pilots[choice.bounces] = pilot_of(self._walked, scene, table, choice.bounces, features)
             self._paths[same] = paths_for(*inputs, pilot=self._pilots[choice.bounces])
         return self._paths[same]
 
@@ -175,7 +180,9 @@ class LightSets:
         return maker, count
 
     def _maker(self, choice: LightSetChoice, paths: int, vpls: int) -> VplMaker:
-        return VplMaker(choice, int(ROOM * paths) + 1, int(ROOM * vpls) + 1, self._device_scene.device)
+        thins = self._pilots[choice.bounces].thins
+        ends = SeenPathEnds(int(ROOM * paths) + 1, choice.bounces, self._walked, thins=thins)
+        return VplMaker(choice, ends, int(ROOM * vpls) + 1)
 
     def clusters(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         """The clusters of `choice`, traced and clustered when they are not kept from before."""

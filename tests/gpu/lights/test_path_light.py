@@ -16,14 +16,14 @@ def base() -> DeviceScene:
 
 
 def path_light_of(device_scene: DeviceScene) -> PathLight:
-    return PathLight(device_scene, build_light_table(device_scene).suns)
+    return PathLight(device_scene, build_light_table(device_scene).suns, None)
 
 
 def followed(base: DeviceScene, light: PathLight, scene: Scene) -> bool:
     state = base.edited(scene)
     table = build_light_table(state)
     table.suns = light.table.suns
-    return light.follow(state, table, same_suns=True)
+    return light.follow(state, table, None, same_suns=True)
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_all_but_a_sun_that_lights_nothing_seen_is_worth_the_same_however_faint(
     device_scene = resident_of(box(), [grey(0.5)], lights=[replace(SUN, intensity=(9.0, 9.0, 9.0)), POINT, *faint])
     table = build_light_table(device_scene)
     table.suns = sun_maps(np.zeros((1, 256, 256), np.int32), device_scene.device)
-    maps = make_shadow_maps(device_scene, by_reach(table), table.all_emitters, SIDE)
+    maps = make_shadow_maps(device_scene, by_reach(table, None), table.all_emitters, SIDE)
     sun, *others = maps.worth.numpy().tolist()
     assert 0.0 < sun < 0.9
     assert others == [1.0] * 4
