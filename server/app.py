@@ -39,6 +39,7 @@ from server.rest.openapi import describe
 from server.rest.pages import FOLDER, Pages
 from server.results import FOLDER as RESULTS
 from server.scenes.catalogue import Catalogue
+from server.scenes.changed_files import ChangedFiles
 from server.scenes.checker import CHECK, Checker
 from server.scenes.kept_edits import KeptEdits
 from server.scenes.uploads import Uploads
@@ -72,7 +73,7 @@ def create_app(settings: ServerSettings, engines: EnginePool | None = None, chec
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         folder = settings.uploads_dir if settings.uploads else None
         results = None if folder is None else folder / RESULTS
-        parts: list[EnginePool | Jobs | KeptEdits] = [engines, service.jobs]
+        parts: list[EnginePool | Jobs | ChangedFiles | KeptEdits] = [engines, service.jobs, service.changed_files]
         if folder is not None and results is not None:
             service.jobs.restore(results)
             parts.append(KeptEdits(folder, service.edited, catalogue.find))

@@ -19,6 +19,7 @@ from server.refusals import ForbiddenError, TooBusyError
 from server.render.engine_pool import EnginePool
 from server.replicas import Replicas
 from server.scenes.catalogue import Catalogue
+from server.scenes.changed_files import ChangedFiles
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
 from server.scenes.scene_edits import EditedScenes
@@ -66,6 +67,7 @@ class Service:
     uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
     metrics: Metrics = field(default_factory=Metrics)
     edited: EditedScenes = field(init=False)
+    changed_files: ChangedFiles = field(init=False)
     edit_rates: Buckets = field(default_factory=lambda: Buckets(EDIT_RATE, EDIT_BURST))
     pick_rates: Buckets = field(default_factory=lambda: Buckets(PICK_RATE, PICK_BURST))
     efforts: Buckets = field(default_factory=lambda: Buckets(EFFORT_RATE, EFFORT_BURST))
@@ -76,6 +78,7 @@ class Service:
         token = limits.token.get_secret_value() if limits.token else None
         self.replicas: Assigner | None = Replicas(limits.replicas, token) if limits.replicas else None
         self.edited = EditedScenes(limits.max_own_edits)
+        self.changed_files = ChangedFiles(self.viewing.values)
         self.residency = Residency(
             self.engines,
             self.checker,
@@ -108,9 +111,13 @@ class Service:
             raise TooBusyError(f"more than {EDIT_RATE:.0f} edits a second came from you; send fewer")
         self.edit_rates.take(client)
 
-    def edits_of(self, scene: SceneRef, own: SceneEdits | None) -> SceneEdits:
-        """What a client has pictures of: its `own` edits, which ForbiddenError refuses here, or those of all."""
+    async def edits_of(self, scene: SceneRef, own: SceneEdits | None) -> SceneEdits:
+        """What a client has pictures of: its `own` edits, which ForbiddenError refuses here, or those of all, for which
+        a scene is loaded where it is not known whether they fit; errors as of `Residency.open`.
+        """
         if own is None:
+            if self.edited.unproven(scene):
+                await self.residency.open(scene)
             return self.edited.of(scene)
         if not self.settings.edits:
             raise ForbiddenError("this server takes no edits of its scenes")

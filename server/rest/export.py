@@ -60,7 +60,7 @@ async def _file(scene_id: str, service: Service, reading: Reading, edits: SceneE
         if not service.engines.ready:
             raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
         await service.residency.open(ref)
-        job = Export(ref, service.edits_of(ref, edits))
+        job = Export(ref, await service.edits_of(ref, edits))
         _, file = await service.engines.ask(STILLS, job, Urgency.REFINING, service.settings.max_wait_seconds)
     name = f"attachment; filename*=UTF-8''{quote(Path(scene_id).stem)}.glb"
     return Response(file, media_type=GLB, headers={"Content-Disposition": name})

@@ -46,7 +46,7 @@ async def add(wanted: FilmRequest, service: TheService, request: Request, respon
     scene = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     service.settings.check_render(wanted.size, wanted.settings, service.settings.max_pixels)
     frames, settings = wanted.frames()
-    edits = service.edits_of(scene, wanted.edits)
+    edits = await service.edits_of(scene, wanted.edits)
     render = Render(service.number(), scene, views[0], wanted.size, settings, "rgb", edits=edits)
     service.check_cost(render, frames, len(views))
     info = await info_of(service, scene)

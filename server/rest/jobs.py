@@ -69,7 +69,7 @@ async def add(wanted: JobRequest, service: TheService, request: Request, respons
     media_type, output = _FORMATS[wanted.format]
     scene = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     service.settings.check_render(wanted.size, wanted.settings, service.settings.max_pixels)
-    edits, frames = service.edits_of(scene, wanted.edits), wanted.frames()[0]
+    edits, frames = await service.edits_of(scene, wanted.edits), wanted.frames()[0]
     render = wanted.render(service.number(), scene, output, edits)
     service.check_cost(render, frames)
     await check_parts(service, scene, render.view, wanted.edits)

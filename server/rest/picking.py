@@ -58,7 +58,7 @@ async def pick(wanted: PickRequest, service: TheService) -> PickedPart:
     if not service.engines.ready:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
     await service.residency.open(ref)
-    job = Pick(ref, view_of(wanted.camera), wanted.size, place, service.edits_of(ref, wanted.edits))
+    job = Pick(ref, view_of(wanted.camera), wanted.size, place, await service.edits_of(ref, wanted.edits))
     answer, _ = await service.engines.ask(STILLS, job, Urgency.STILL, service.settings.max_wait_seconds)
     assert isinstance(answer, Picked)
     return answer.part

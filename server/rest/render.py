@@ -46,7 +46,7 @@ async def render(
         )
     # Frames that are averaged are kept by viewer number; a lone one needs no number of its own.
     job = request.render(
-        STILLS if frames == 1 else service.number(), scene, output, service.edits_of(scene, request.edits)
+        STILLS if frames == 1 else service.number(), scene, output, await service.edits_of(scene, request.edits)
     )
     service.check_cost(job, frames)
     began = monotonic()

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import starmap
 from pathlib import Path
 from threading import Lock
@@ -15,6 +16,7 @@ from gpu.scene.import_options import ImportOptions
 from server.plain_files import read_plain
 from server.refusals import UnknownSceneError
 from server.scenes.scene_edits import MOST_EDITED, EditedScenes
+from server.scenes.uploads import PREFIX as UPLOADS
 from server.wire.worker import SceneRef
 
 FILE = "edits.jsonl"
@@ -119,8 +121,8 @@ def _kept(file: Path, find: Find) -> tuple[dict[SceneRef, SceneEdits], list[byte
         except UnknownSceneError:
             others.append(line)
         else:
-            if scene.stamp == kept.stamp:
-                found[scene] = kept.edits
+            if scene.stamp == kept.stamp or not kept.scene.startswith(UPLOADS):  # where others may be called alike
+                found[replace(scene, stamp=kept.stamp)] = kept.edits
             else:
                 log.warning("the file of %r is another one now: its edits are not taken up", kept.scene)
     if problems:

@@ -49,7 +49,7 @@ class Residency:
         learned: Callable[[SceneRef, SceneInfo], None],
     ) -> None:
         """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
-        touch: hears the ids of scenes that are used; learned: hears what is in one that was read.
+        touch: hears the ids of scenes that are used; learned: hears what is in one that was loaded.
         """
         self._engines = engines
         engines.fits = self._fits
@@ -87,7 +87,6 @@ class Residency:
         for other in outdated | {*alike[: max(len(alike) - MOST_READINGS + 1, 0)]}:
             del self._checked[other]
         self._checked[scene] = checked
-        self._learned(scene, checked.info)
 
     async def inspect(self, scene: SceneRef) -> Checked:
         """What is in a scene, read in a child process the first time, of one client one at a time; errors as of

@@ -2,6 +2,8 @@
 
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, Editable, SceneEdits, check
@@ -22,38 +24,82 @@ def editable(info: SceneInfo) -> Editable:
     return Editable(lights, materials, objects, (info.bounds.min, info.bounds.max), animations)
 
 
+def fitting(edits: SceneEdits, there: Editable) -> tuple[SceneEdits, list[str]]:
+    """What of `edits` can be of a scene, and the fields of what cannot: each alone, then all objects together."""
+    kinds = {kind: getattr(edits, kind) for kind in ("lights", "materials", "objects")}
+    gone = [f"{kind}.{one}" for kind, of in kinds.items() for one in of if not _fits({kind: {one: of[one]}}, there)]
+    left_out = set(gone)
+    made: dict[str, Any] = {
+        kind: {one: of[one] for one in of if f"{kind}.{one}" not in left_out} for kind, of in kinds.items()
+    }
+    moment = {"time": edits.time, "animation": edits.animation}
+    if _fits(moment, there):
+        made |= moment
+    else:
+        gone.append("time")
+    if not _fits(made, there):
+        gone.append("objects")
+        made["objects"] = {}
+    return SceneEdits.model_construct(**made), gone
+
+
+def _fits(part: dict[str, Any], there: Editable) -> bool:
+    try:
+        check(SceneEdits.model_construct(**part), there)
+    except UserError:
+        return False
+    return True
+
+
 class EditedScenes:
-    """The edits of each scene, those that viewers have of their own, and who is to be told of changes. A file that
-    changes, or is read otherwise, is another scene.
+    """The edits of each scene, those that viewers have of their own, and who is to be told of changes. A file that is
+    read otherwise is another scene, and so is one that changes, which takes over the edits that fit it.
     """
 
     def __init__(self, most_own: int = 8) -> None:
         """most_own: viewers that may have edits of their own."""
         self._edits: dict[SceneRef, SceneEdits] = {}  # in the order of their last change
         self._restored = set[SceneRef]()  # whose edits nobody has held against what is in the scene
+        self._past = set[SceneRef]()  # whose files have changed since, and have these edits
         self._own: dict[int, tuple[SceneRef, SceneEdits]] = {}  # by viewer
         self._most_own = most_own
         self.listeners: set[Callable[[SceneRef], None]] = set()
 
     @property
     def all(self) -> dict[SceneRef, SceneEdits]:
-        """Those that all see, the longest unchanged first."""
-        return dict(self._edits)
+        """Those that all see of files as they are now, the longest unchanged first."""
+        return {scene: edits for scene, edits in self._edits.items() if scene not in self._past}
 
     def restore(self, edits: Mapping[SceneRef, SceneEdits]) -> None:
         """Have edits of an earlier service be those of all, before anybody looks."""
         self._edits.update(edits)
         self._restored.update(edits)
 
+    def unproven(self, scene: SceneRef) -> bool:
+        """Whether there are edits of a scene of which it is to be learnt whether they fit."""
+        return scene in self._restored or self._before(scene) is not None
+
     def learn(self, scene: SceneRef, info: SceneInfo) -> None:
-        """A scene was read: edits of an earlier service end that another program made of what it has not any more."""
-        if scene in self._restored:
-            self._restored.discard(scene)
-            try:
-                check(self.of(scene), editable(info))
-            except UserError as error:
-                log.warning("%s: kept edits do not fit the scene any more, and end: %s", scene.id, error)
-                self._set(scene, NO_EDITS)
+        """A scene was loaded: it has what fits of the edits of its file as that was, or of an earlier service."""
+        if not self.unproven(scene):
+            return
+        before = self._before(scene)
+        edits, gone = fitting(self.of(before or scene), editable(info))
+        self._restored.discard(scene)
+        if before is not None:
+            self._past.add(before)
+        if gone:
+            log.warning("%s: edits that do not fit its file any more end: %s", scene.id, ", ".join(gone)[:500])
+        if edits != self.of(scene):
+            self._set(scene, edits)
+
+    def _before(self, scene: SceneRef) -> SceneRef | None:
+        """The version of a scene's file that this one, which was not edited, is the next of."""
+        if scene in self._edits:
+            return None
+        older = (it for it in self._edits if it.stamp < scene.stamp and replace(it, stamp=scene.stamp) == scene)
+        newest = max(older, key=lambda it: it.stamp, default=None)
+        return None if newest in self._past else newest
 
     def of(self, scene: SceneRef, viewer: int | None = None) -> SceneEdits:
         """All that differs from a scene's file now, for a viewer or for all who have no edits of their own."""
@@ -96,11 +142,13 @@ class EditedScenes:
 
     def _set(self, scene: SceneRef, edits: SceneEdits) -> None:
         self._edits.pop(scene, None)
+        self._past.discard(scene)
         if edits != NO_EDITS:
             self._edits[scene] = edits
         while len(self._edits) > MOST_EDITED:
             forgotten = next(iter(self._edits))
             del self._edits[forgotten]
+            self._past.discard(forgotten)
             self._tell(forgotten)
         self._tell(scene)
 

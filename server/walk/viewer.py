@@ -101,6 +101,7 @@ class Viewer:
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
+        self._tried: SceneRef | None = None  # what the file of the shown one has become, which was or is to be opened
         self._last_edit = 0  # of this viewer's that was dealt with
         self._edits_changed = asyncio.Event()
         self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
@@ -120,6 +121,7 @@ class Viewer:
             self._wanted = await self._find(None)
         self._service.engines.listeners.add(self._news.set)
         self._service.edited.listeners.add(self._edited)
+        self._service.changed_files.listeners.add(self._file_changed)
         try:
             async with asyncio.TaskGroup() as tasks:
                 for task in (
@@ -140,6 +142,7 @@ class Viewer:
         finally:
             self._service.engines.listeners.discard(self._news.set)
             self._service.edited.listeners.discard(self._edited)
+            self._service.changed_files.listeners.discard(self._file_changed)
             self._service.edited.end_own(self._session.viewer)
             while not self._rendering.empty():
                 self._rendering.get_nowait()[2].cancel()
@@ -240,6 +243,14 @@ class Viewer:
             if self._session.edit(edited.of(scene, viewer), own=edited.is_own(scene, viewer)):
                 self._edits_changed.set()
                 self._stir()
+
+    def _file_changed(self, scene: SceneRef, newest: SceneRef) -> None:
+        """The file of a scene is another one now: who looks at it sees that, if it can be read."""
+        if self._shown is not None and self._shown[0] == scene and self._wanted is None and self._tried != newest:
+            log.info("the scene's file has changed", extra={"scene": scene.id})
+            self._tried = self._wanted = newest
+            self._session.show(None)
+            self._stir()
 
     @property
     def _scene_id(self) -> str | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from harness import run, wait_for
 
-from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
+from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.parts import LightForm
 from server.refusals import UnknownSceneError
@@ -76,10 +76,22 @@ def test_edits_of_scenes_that_are_away_for_a_run_are_there_in_the_next(tmp_path:
     assert lines[0] == away
 
 
-def test_another_file_has_no_edits_of_the_one_before(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    (tmp_path / FILE).write_text('{"scene": "hall.glb", "stamp": 6, "options": {}, "edits": {"time": 1.0}}\n')
+def test_another_upload_of_a_name_has_no_edits_of_the_one_before(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / FILE).write_text('{"scene": "uploads/hall.glb", "stamp": 6, "options": {}, "edits": {"time": 1.0}}\n')
     assert restored(tmp_path).all == {}
-    assert "the file of 'hall.glb' is another one now: its edits are not taken up" in caplog.text
+    assert "the file of 'uploads/hall.glb' is another one now: its edits are not taken up" in caplog.text
+
+
+def test_a_file_that_was_changed_meanwhile_takes_its_edits_over(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(
+        '{"scene": "hall.glb", "stamp": 6, "options": {}, "edits": {"lights": {"lamp": {"on": false}}}}\n'
+    )
+    edited, hall = restored(tmp_path), find("hall.glb", ImportOptions())
+    assert edited.of(hall) == NO_EDITS
+    edited.learn(hall, INFO)
+    assert edited.all == {hall: EDITS}
 
 
 @pytest.mark.parametrize(
@@ -130,7 +142,7 @@ def test_edits_that_do_not_fit_what_is_in_the_scene_now_end(caplog: pytest.LogCa
     edited.learn(hall, INFO)
     edited.learn(house, INFO)
     assert (edited.all, told) == ({house: EDITS}, [hall])
-    assert "hall.glb: kept edits do not fit the scene any more, and end: lights.moon" in caplog.text
+    assert "hall.glb: edits that do not fit its file any more end: lights.moon" in caplog.text
 
 
 def test_all_kinds_of_edits_come_back_as_they_were(tmp_path: Path) -> None:

@@ -20,7 +20,6 @@ from server.scenes.checked import Checked, SceneSize
 from server.scenes.checker import CHECK, Checker
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
-from server.wire.browser import SceneInfo
 from server.wire.worker import OpenScene, SceneRef
 
 MEGABYTE = 10**6
@@ -262,7 +261,7 @@ def test_a_file_read_otherwise_is_read_and_loaded_beside_itself(hall: SceneRef) 
 def test_few_ways_to_read_a_file_are_remembered(hall: SceneRef) -> None:
     scenes = residency(FakeEngine())
     size = SceneSize(vertices=1, triangles=1, uv_sets=0, colored=False, materials=1, texels=0)
-    checked = Checked.model_construct(source=hall.source, size=size, info=SceneInfo.model_construct())
+    checked = Checked.model_construct(source=hall.source, size=size)
     readings = [replace(hall, options=ImportOptions(origin=(float(x), 0.0, 0.0))) for x in range(MOST_READINGS + 3)]
     for reading in readings:
         scenes.learn(reading, checked)

@@ -1,11 +1,14 @@
+from dataclasses import replace
+
 import pytest
 
 from gpu.errors import UserError
-from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
+from gpu.scene.edits import NO_EDITS, LightEdit, ObjectEdit, SceneEdits
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.parts import LightForm
 from server.refusals import TooBusyError
-from server.scenes.scene_edits import MOST_EDITED, EditedScenes
-from server.wire.browser import AnimationInfo, Bounds, LightInfo, SceneInfo, ScenePatch
+from server.scenes.scene_edits import MOST_EDITED, EditedScenes, editable, fitting
+from server.wire.browser import AnimationInfo, Bounds, LightInfo, ObjectInfo, SceneInfo, ScenePatch
 from server.wire.worker import SceneRef
 
 HALL = SceneRef("hall", "hall.glb", stamp=1)
@@ -86,3 +89,46 @@ def test_few_viewers_have_edits_of_their_own() -> None:
         scenes.begin_own(HALL, 2)
     scenes.end_own(1)
     scenes.begin_own(HALL, 2)
+
+
+def test_a_file_that_changes_takes_over_what_fits(caplog: pytest.LogCaptureFixture) -> None:
+    scenes, told = EditedScenes(), []
+    sky = LightInfo(id="sky", form=LightForm.SKY, color=(1.0, 1.0, 1.0))
+    scenes.change(HALL, INFO.model_copy(update={"lights": (LAMP, sky)}), OFF)
+    scenes.change(
+        HALL, INFO.model_copy(update={"lights": (LAMP, sky)}), ScenePatch(lights={"sky": LightEdit(on=False)})
+    )
+    before = scenes.of(HALL)
+    scenes.listeners.add(told.append)
+    newer = replace(HALL, stamp=2)
+    scenes.learn(newer, INFO)
+    assert scenes.of(newer).lights == {"lamp": LightEdit(on=False)}
+    assert (scenes.of(HALL), [*scenes.all], told) == (before, [newer], [newer])  # whoever sees the old one still does
+    assert "hall: edits that do not fit its file any more end: lights.sky" in caplog.text
+    scenes.change(newer, INFO, ScenePatch(lights=None))
+    scenes.learn(newer, INFO)
+    scenes.learn(replace(HALL, stamp=3), INFO)
+    assert scenes.all == {}
+
+
+def test_a_file_that_is_read_otherwise_or_an_older_one_takes_nothing_over() -> None:
+    scenes = EditedScenes()
+    scenes.change(HALL, INFO, OFF)
+    for other in (
+        replace(HALL, stamp=0),
+        replace(HALL, stamp=2, options=ImportOptions(unit="mm")),
+        SceneRef("b", "b", 2),
+    ):
+        scenes.learn(other, INFO)
+        assert scenes.of(other) == NO_EDITS
+    assert [*scenes.all] == [HALL]
+
+
+def test_edits_fit_each_alone_and_all_objects_together() -> None:
+    box = Bounds(min=(0, 0, 0), max=(1, 1, 1))
+    info = INFO.model_copy(update={"objects": (ObjectInfo(id="a", box=box), ObjectInfo(id="b", box=box))})
+    hidden, off = ObjectEdit(visible=False), {"lamp": LightEdit(on=False)}
+    fits, gone = fitting(SceneEdits(time=1.0, objects={"a": hidden, "c": hidden}, lights=off), editable(info))
+    assert (fits, gone) == (SceneEdits(objects={"a": hidden}, lights=off), ["objects.c", "time"])
+    fits, gone = fitting(SceneEdits(objects={"a": hidden, "b": hidden}, lights=off), editable(info))
+    assert (fits, gone) == (SceneEdits(lights=off), ["objects"])

@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from pathlib import Path
 from socket import SHUT_RDWR
 from threading import Event, Thread
 from typing import Any
@@ -15,7 +16,9 @@ from harness import IDENTITY, PATIENCE, Running, Walker, wait_for
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
+from gpu.errors import UserError
 from gpu.settings import RenderSettings
+from server.scenes import changed_files
 from server.walk import stream, viewer
 from server.walk.viewer import MESSAGE_BURST, MESSAGE_RATE
 from server.wire.browser import PROTOCOL, parse_viewer_message
@@ -252,3 +255,44 @@ def test_what_settings_there_are_is_found_out_once(
         schemas.append(walker.word("welcome")["settings_schema"])
     assert schemas[0] == schemas[1] == make()
     assert len(made) == 1
+
+
+def test_who_looks_at_a_file_that_is_written_anew_sees_that_with_the_edits_that_fit(
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(changed_files, "LOOK_SECONDS", 0.05)
+    (tmp_path / "hall.glb").write_bytes(b"")
+    running = serve(scenes_dir=tmp_path)
+    walker = visit(running)
+    walker.hello(scene="hall.glb")
+    walker.send("edit", id=1, patch={"lights": {"lamp": {"on": False}}})
+    edited = walker.word("edits", edit=1)["edits"]
+    os.utime(tmp_path / "hall.glb", (2e9, 2e9))
+    assert walker.word("scene")["id"] == "hall.glb"
+    assert walker.word("edits")["edits"] == edited
+    walker.pose(1)
+    walker.frame()
+    (scene,) = running.service.viewing.values()
+    assert scene.stamp == 2e18
+
+
+def test_a_file_that_becomes_a_broken_one_is_told_once_and_the_one_before_is_shown(
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(changed_files, "LOOK_SECONDS", 0.05)
+    (tmp_path / "hall.glb").write_bytes(b"")
+    running = serve(scenes_dir=tmp_path)
+    walker = visit(running)
+    walker.hello(scene="hall.glb")
+    monkeypatch.setattr(running.service.residency, "open", refuse)
+    os.utime(tmp_path / "hall.glb", (2e9, 2e9))
+    assert walker.word("error", code="scene-failed")["message"] == "hall.glb: is cut off"
+    assert walker.word("scene")["id"] == "hall.glb"
+    walker.pose(1)
+    walker.frame()
+    with pytest.raises(TimeoutError):
+        walker.word("error", timeout=0.5)
+
+
+async def refuse(*_: object) -> None:
+    raise UserError("hall.glb: is cut off")
