@@ -2,6 +2,7 @@
 
 import logging
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -28,7 +29,7 @@ class Ending(Protocol):
 
 
 def serve(settings: ServerSettings, worker: Sequence[str] = WORKER, first: WorkerProcess | None = None) -> None:
-    """Run the service until SIGINT or SIGTERM; prints its URL on stdout once a frame can be had.
+    """Run the service until SIGINT, SIGTERM or SIGHUP; prints its URL on stdout once a frame can be had.
 
     worker: the command that starts one; first: one that runs already. Raises UserError when it cannot listen, or when
     the served scene or the device cannot be used.
@@ -53,6 +54,8 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER, first: Worke
             prepare(app)
             url = _url(settings, listener.getsockname()[1], with_token=made)
             server = create_server(app, settings)
+            if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:  # which `nohup` has changed
+                signal.signal(signal.SIGHUP, server.handle_exit)  # a terminal is closed
             engines.listeners.add(_announcer(engines, server, url))
             with suppress(KeyboardInterrupt):
                 server.run(sockets=[listener])

@@ -32,7 +32,8 @@ def end_with(parent: int) -> None:
 def main(parent: int) -> None:
     """Call the functions, (library, name, names of types, arguments), one after the other until stdin ends."""
     # Of a terminal it reaches all: the parent ends this by closing the pipe.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for sign in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(sign, signal.SIG_IGN)
     threading.Thread(target=end_with, args=(parent,), daemon=True).start()
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # for what compilers print

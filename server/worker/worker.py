@@ -341,8 +341,9 @@ def work(descriptor: int, make: Callable[[Start], Backend]) -> int:
 
     make: what renders for a service that was started so.
     """
-    # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What a terminal sends goes to both processes: the web process ends this one when it is done.
+    for sign in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(sign, signal.SIG_IGN)
     _end_with_parent()
     sys.setswitchinterval(SWITCH_SECONDS)
     with socket.socket(fileno=descriptor) as connection:

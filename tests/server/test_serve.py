@@ -56,7 +56,7 @@ def service(errors: Path, device: str = "") -> Iterator["subprocess.Popen[str]"]
             process.kill()
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_it_prints_its_url_serves_without_warp_and_stops_at_once(tmp_path: Path, sign: signal.Signals) -> None:
     errors = tmp_path / "stderr"
     with service(errors) as process:
@@ -74,7 +74,8 @@ def test_it_prints_its_url_serves_without_warp_and_stops_at_once(tmp_path: Path,
     imported = {line.split("|")[-1].strip() for line in errors.read_text().splitlines() if "import time:" in line}
     assert "server.walk.stream" in imported
     assert not [name for name in imported if name.split(".")[0] == "warp"]
-    assert not re.search("Traceback|ERROR|again", errors.read_text())
+    assert "the service ends" in errors.read_text()
+    assert not re.search("Traceback|ERROR|again|status -", errors.read_text())
 
 
 def test_a_start_that_fails_ends_the_service_with_the_reason(tmp_path: Path) -> None:
