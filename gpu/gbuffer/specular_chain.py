@@ -18,7 +18,7 @@ from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.panes import meet, meet_sheet, met_surface
 from gpu.device_scene.rays import OFFSET_ULP, offset_origin, seen_hit
-from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample_scattering
+from gpu.device_scene.scattering import choose_part, coat_share, is_perfect, part_of, sample_scattering
 from gpu.device_scene.sides import ray_coverage, solid_share
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.gbuffer.camera_rays import CameraRay
@@ -122,6 +122,39 @@ def followed_share(surface: Surface, view: wp.vec3) -> float:
     return wp.min(specular_share(surface, view), wp.static(CHAIN_PARAMETERS.most_followed))
 
 
+@wp.func
+def has_coat_apart(surface: Surface) -> bool:
+    """Whether drawn chains end at no coat of `surface`, but at what is below, where the coat has direct light, too
+    (gpu.indirect.clear_coat).
+    """
+    return surface.coat > 0.0 and surface.glass == 0.0 and not surface.mirror
+
+
+@wp.struct
+class CoatChoice:
+    """The number by which a chain chooses a part of a surface, and what that counts over how often it is chosen."""
+
+    value: float
+    weight: float
+
+
+@wp.func
+def coat_choice(surface: Surface, view: wp.vec3, value: float) -> CoatChoice:
+    """That of a uniform `value` in [0, 1). Chains go on from a coat more often than light does: what it reflects of
+    bright things would leave fireflies.
+    """
+    choice = CoatChoice()
+    share = coat_share(surface, view)
+    chance = wp.max(share, wp.min(wp.sqrt(share), wp.static(CHAIN_PARAMETERS.most_followed)))
+    if value < chance:
+        choice.value = value * (share / chance)
+        choice.weight = share / chance
+    else:
+        choice.weight = (1.0 - share) / (1.0 - chance)
+        choice.value = share + (value - chance) * choice.weight
+    return choice
+
+
 @wp.struct
 class FirstBranch:
     """Reflection or refraction at the first glass: the `share` of light by it, and the number that chooses it."""
@@ -160,8 +193,8 @@ def onward(part: Surface, to_viewer: wp.vec3, rest: float, follows: bool, drawn:
 @wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
-    """Where the camera's ray of `pixel` ends after any mirrors, clear glass and veils. Drawn chains with lobes
-    end at a clear coat or at what is below, by chance; to others coats are nothing.
+    """Where the camera's ray of `pixel` ends after any mirrors, clear glass and veils. Drawn chains with lobes go on
+    from a clear coat or end below, by chance; over a mirror or glass they may end at it. To others coats are nothing.
 
     other: by the branch that the first glass or veil leaves out, if samples split; nothing is seen there if there is
     none.
@@ -222,9 +255,15 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)
         coat = surface.coat
-        if not samples.lobes:
+        if not samples.lobes or vertex == CHAIN_VERTICES:
             surface.coat = 0.0
-        chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
+        value = chain_choice(samples, place, vertex)
+        apart = has_coat_apart(surface)
+        if apart:
+            choice = coat_choice(surface, -direction, value)
+            value = choice.value
+            end.throughput = end.throughput * choice.weight
+        chosen = choose_part(surface, -direction, value)
         if other and splits and surface.crossed:
             chosen.glass = 1.0
             chosen.rest = 0.0
@@ -232,7 +271,8 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         goes_on = is_perfect(part)
         follows = bool(False)
         if samples.lobes and not goes_on and vertex < CHAIN_VERTICES:
-            goes_on = part.glass > 0.0
+            follows = chosen.coat and apart
+            goes_on = part.glass > 0.0 or follows
             share = float(0.0)
             if not goes_on:
                 share = followed_share(part, -direction)

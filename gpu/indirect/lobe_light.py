@@ -1,10 +1,12 @@
 """Light that rays of narrow lobes find, and how far pixels find the same.
 
-A ray ends in the light that VPLs know around its end. Mirrors, glass and narrow metal on its way send it on, by a
-direction that is drawn.
+A ray ends in the light that VPLs or photons know around its end. Mirrors, glass and narrow metal on its way send it on,
+by a direction that is drawn.
 """
 
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import warp as wp
 
@@ -22,6 +24,7 @@ from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.indirect.illumination import IrradianceEstimate
 from gpu.lights.background import background
 from gpu.lights.light_sampling import light_at_hit
 from gpu.lights.light_table import LightTable
@@ -95,19 +98,22 @@ def lobe_reach(gbuffer: GBuffer, pixel: int, camera: CameraData, image: ImageSiz
 @wp.struct
 class KnownLight:
     """What rays of lobes end in. table: emitters that samples find; lit: what VPLs know; direct: whether emitters are
-    seen through frosted glass; indirect: whether surfaces are, by what VPLs know.
+    seen through frosted glass; indirect: whether surfaces are, by what VPLs know; followed: whether chains that go on
+    in lobes see these instead.
     """
 
     table: LightTable
     lit: RadiosityCache
     direct: bool
     indirect: bool
+    followed: bool
 
 
-def known_light(table: LightTable, lit: "RadiosityCache | None", *, direct: bool) -> KnownLight:
-    """The struct of these; lit: None where there are no VPLs, or none are wanted."""
+def known_light(table: LightTable, lit: "RadiosityCache | None", *, direct: bool, photons: bool = False) -> KnownLight:
+    """The struct of these; lit: None where there are no VPLs, or none are wanted; photons: whether these tell then."""
     known = KnownLight()
-    known.table, known.lit, known.direct, known.indirect = table, lit or RadiosityCache(), direct, lit is not None
+    known.table, known.lit, known.direct = table, lit or RadiosityCache(), direct
+    known.indirect = photons or lit is not None
     return known
 
 
@@ -171,63 +177,89 @@ def lobe_coverage(ray: LobeRay, vertex: int) -> wp.uint32:
     return ray_coverage(ray.place, vertex, int(hashed(wp.uint32(ray.seed))) ^ ray.index)
 
 
+@cache
+def light_seen(lookup: wp.Function, data: Any) -> wp.Function:
+    """The function that follows a ray; lookup, data: as of gpu.indirect.illumination.Illumination.
+
+    seen(scene, known, lit, ray) has what is seen along `ray`, as `lit` tells it, a SeenLight.
+    """
+
+    @wp.func
+    def seen_light(scene: SceneData, known: KnownLight, lit: data, ray: LobeRay) -> SeenLight:
+        scene.through_sheets = True
+        seen = SeenLight()
+        seen.distance = 1.0
+        throughput = wp.vec3(1.0, 1.0, 1.0)
+        position = ray.position
+        normal = ray.normal
+        direction = ray.direction
+        density = ray.density
+        absorption = ray.absorption
+        inside = ray.inside
+        way = float(0.0)
+        for vertex in range(LOBE_VERTICES + 1):
+            if vertex == LOBE_VERTICES:
+                scene.pane_count = 0
+            scene.coverage = lobe_coverage(ray, vertex)
+            origin = offset_origin(position, normal, direction)
+            met = meet(scene, origin, direction, False)
+            throughput = wp.cw_mul(throughput, met.tint)
+            weight = float(1.0)
+            if density > 0.0:
+                found = light_at_hit(scene, known.table, known.table.all_emitters, origin, direction, met.hit)
+                weight = density / (density + found.density)
+            if met.hit.face == NO_HIT:
+                if density >= 0.0:
+                    seen.light += wp.cw_mul(throughput, background(scene, origin, direction)) * weight
+                return seen
+            way += met.hit.t
+            if not inside and seen.distance == 1.0:
+                seen.distance = way
+            throughput = wp.cw_mul(throughput, attenuated(absorption, met.hit.t))
+            surface = met_surface(scene, met.hit, direction)
+            if density >= 0.0:
+                seen.light += wp.cw_mul(throughput, surface.emission) * weight
+            choice = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 1, ray.seed)
+            chosen = choose_part(surface, -direction, choice.x)
+            part = part_of(surface, chosen)
+            if vertex == LOBE_VERTICES or not sends_on(part):
+                if not known.indirect:
+                    return seen
+                arriving = lookup(lit, surface.position, surface.geometric_normal).irradiance
+                reflected = wp.cw_mul(even_reflectance(part, -direction), arriving) / PI
+                seen.light += wp.cw_mul(throughput, reflected)
+                return seen
+            point = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 2, ray.seed)
+            sample = sample_scattering(part, -direction, chosen.rest, point.x, point.y)
+            throughput = wp.cw_mul(throughput, sample.weight)
+            if largest(throughput) <= 0.0:
+                return seen
+            if not (part.glass > 0.0 and part.clear):
+                density = 0.0  # samples of emitters, which go straight through clear glass, find none by way of this
+            if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
+                absorption = part.absorption
+                inside = not inside
+            position = part.position
+            normal = part.geometric_normal
+            direction = sample.direction
+        return seen
+
+    return seen_light
+
+
+@wp.func
+def irradiance_by_vpls(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3) -> IrradianceEstimate:
+    """The irradiance about a surface point, as VPLs tell it."""
+    estimate = IrradianceEstimate()
+    estimate.irradiance = mean_irradiance(lit, position, normal)
+    estimate.known = True
+    return estimate
+
+
+seen_by_vpls = light_seen(irradiance_by_vpls, RadiosityCache)
+
+
 @wp.func
 def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
     """What is seen along a ray, as VPLs tell it."""
-    scene.through_sheets = True
-    seen = SeenLight()
-    seen.distance = 1.0
-    throughput = wp.vec3(1.0, 1.0, 1.0)
-    position = ray.position
-    normal = ray.normal
-    direction = ray.direction
-    density = ray.density
-    absorption = ray.absorption
-    inside = ray.inside
-    way = float(0.0)
-    for vertex in range(LOBE_VERTICES + 1):
-        if vertex == LOBE_VERTICES:
-            scene.pane_count = 0
-        scene.coverage = lobe_coverage(ray, vertex)
-        origin = offset_origin(position, normal, direction)
-        met = meet(scene, origin, direction, False)
-        throughput = wp.cw_mul(throughput, met.tint)
-        weight = float(1.0)
-        if density > 0.0:
-            found = light_at_hit(scene, known.table, known.table.all_emitters, origin, direction, met.hit)
-            weight = density / (density + found.density)
-        if met.hit.face == NO_HIT:
-            if density >= 0.0:
-                seen.light += wp.cw_mul(throughput, background(scene, origin, direction)) * weight
-            return seen
-        way += met.hit.t
-        if not inside and seen.distance == 1.0:
-            seen.distance = way
-        throughput = wp.cw_mul(throughput, attenuated(absorption, met.hit.t))
-        surface = met_surface(scene, met.hit, direction)
-        if density >= 0.0:
-            seen.light += wp.cw_mul(throughput, surface.emission) * weight
-        choice = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 1, ray.seed)
-        chosen = choose_part(surface, -direction, choice.x)
-        part = part_of(surface, chosen)
-        if vertex == LOBE_VERTICES or not sends_on(part):
-            if not known.indirect:
-                return seen
-            arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
-            reflected = wp.cw_mul(even_reflectance(part, -direction), arriving) / PI
-            seen.light += wp.cw_mul(throughput, reflected)
-            return seen
-        point = sobol_pair_at(ray.place, ray.index, LOBE_PAIR + 2 * vertex + 2, ray.seed)
-        sample = sample_scattering(part, -direction, chosen.rest, point.x, point.y)
-        throughput = wp.cw_mul(throughput, sample.weight)
-        if largest(throughput) <= 0.0:
-            return seen
-        if not (part.glass > 0.0 and part.clear):
-            density = 0.0  # samples of emitters, which go straight through clear glass, find none by way of this
-        if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
-            absorption = part.absorption
-            inside = not inside
-        position = part.position
-        normal = part.geometric_normal
-        direction = sample.direction
-    return seen
+    return seen_by_vpls(scene, known, known.lit, ray)

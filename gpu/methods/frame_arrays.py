@@ -31,7 +31,8 @@ class FrameArrays:
     own; numbers: these two and the chains' own index; brightness: of the indirect light; nothing (pixel,): zeros, for
     frames that earlier ones tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular
     lobes and frosted glass, None where there are none or the method does without. stride: of the pixels that are
-    shaded (gpu.gbuffer.sparse_shading); traces_lobes: whether rays show what these, glass and coats do.
+    shaded (gpu.gbuffer.sparse_shading); traces_lobes: whether rays show what these and glass do; shows_coats:
+    whether clear coats are seen.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class FrameArrays:
         self.chain_samples.frame_index = self.numbers.array[2:]
         self.set_numbers()
         self.numbers.upload()
-        self.traces_lobes = traces_lobes
+        self.traces_lobes = self.shows_coats = traces_lobes
         glossy = traces_lobes and self.features.lobes
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
         DEVICE_SHARING.pause()
@@ -83,6 +84,8 @@ class FrameArrays:
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""
         features = self.features
-        if not self.traces_lobes:  # nothing shows them besides: glass is matt then, and coats are nothing
-            features = replace(features, frosted=False, coats=False)
+        if not self.traces_lobes:  # nothing shows it besides: glass is matt then
+            features = replace(features, frosted=False)
+        if not self.shows_coats:  # nor these: coats are nothing then
+            features = replace(features, coats=False)
         trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, features)

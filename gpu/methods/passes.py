@@ -18,6 +18,7 @@ from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.clear_coat import add_clear_coat
 from gpu.indirect.glossy_reflection import GlossyReflection
+from gpu.indirect.illumination import Illumination
 from gpu.indirect.light_behind import join_sides, trace_behind
 from gpu.indirect.lobe_light import KnownLight, known_light
 from gpu.indirect.near_field import NearField
@@ -300,30 +301,42 @@ class Passes:
 
         stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 
-    def _known(self, cache: "RadiosityCache | None") -> KnownLight:
-        """What rays of lobes end in."""
-        return known_light(self._setup.light_sets.table, cache, direct=self._has_direct)
+    def _known(self, cache: "RadiosityCache | None", *, photons: bool = False) -> KnownLight:
+        """What rays of lobes end in; photons: whether these tell what the `cache` does elsewhere."""
+        return known_light(self._setup.light_sets.table, cache, direct=self._has_direct, photons=photons)
 
     def end_gloss(self, view: ViewState, cache: "RadiosityCache | None", kind: FrameKind, stages: Stages) -> None:
         """Have in the picture what glossy surfaces reflect, if there are any, by the `cache`, if there is one, what
         clear coats show besides, and what glass and veils do.
         """
         frame, gloss, other = self._frame, self._frame.gloss, self._other_branch
-        coats = frame.features.coats and frame.gbuffer.traces_gloss
         if frame.chain_samples.lobes:
+            if frame.features.coats:
+                stages.run("gloss", lambda: self.add_coats(view, kind, None), repeats=kind.captured)
             return
 
         def add(gloss: GlossyReflection) -> None:
             gloss.add(frame.gbuffer, view.radiance)
-            if coats:
-                known = self._known(cache)
-                which = direct_samples(self._setup.sample_counts.samples, frame.frame_index, self._settings.seed)
-                add_clear_coat(frame.scene, frame.size, frame.gbuffer, known, which, view.radiance, frame.features)
+            self.add_coats(view, kind, cache)
 
         if gloss is not None:
             stages.run("gloss", partial(add, gloss), repeats=kind.captured, waits_for_fork=True)
         if other and not kind.refines:
             stages.run("branches", partial(other.add, view.radiance), repeats=kind.captured, waits_for_fork=True)
+
+    def add_coats(self, view: ViewState, kind: FrameKind, cache: "RadiosityCache | None",
+                  photons: Illumination | None = None) -> None:  # fmt: skip
+        """Have in the picture what clear coats show, if there are any; of indirect light by `cache` or `photons`, if
+        there is either.
+        """
+        frame = self._frame
+        if frame.features.coats and frame.gbuffer.traces_gloss:
+            known = self._known(cache, photons=photons is not None)
+            known.followed = frame.chain_samples.lobes
+            count = light_samples(self._setup.sample_counts.samples, kind)
+            which = direct_samples(count, frame.frame_index, self._settings.seed)
+            seen = frame.scene, frame.size, frame.gbuffer
+            add_clear_coat(*seen, known, which, view.radiance, frame.features, photons)
 
     def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
                      near: bool) -> None:  # fmt: skip

@@ -4,6 +4,8 @@ All light is made anew in each frame, so light, camera and scene may change betw
 gathered are kept in a walk.
 """
 
+from functools import partial
+
 import warp as wp
 
 from gpu.core.device import duplicate
@@ -13,7 +15,7 @@ from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
-from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
+from gpu.indirect.gathered_directions import GlossyReceivers, glossy_receivers, project_radiance
 from gpu.indirect.irradiance_interpolation import allocate_weights, interpolate_irradiance, weigh_centres
 from gpu.indirect.light_behind import join_sides, trace_behind_by_photons
 from gpu.indirect.photon_lookup import FullMapLight
@@ -66,8 +68,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._weights = allocate_weights(setup.pixels, setup.device)
         self._receivers = None
         if self._frame.features.gloss:
-            # What their narrow lobes reflect is left out of what they reflect of even light.
-            self._frame.gbuffer.traces_gloss = True
+            # What their narrow lobes and clear coats reflect is left out of what they reflect of even light.
+            self._frame.gbuffer.traces_gloss = self._frame.shows_coats = True
             self._receivers = glossy_receivers(self._frame.gbuffer, self._clustering.most)
         self._version = self._paths = -1
         self._follow_lights()
@@ -136,9 +138,14 @@ class PhotonGather(RenderMethod[GatherViewState]):
             self._caustics.end(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
-            if self._receivers is not None and not frame.chain_samples.lobes:
-                gloss = self._receivers.light
-                stages.run("gloss", lambda: points.add(gloss, view.radiance))
+        if self._receivers is not None:
+            stages.run("gloss", partial(self._add_gloss, view, kind, self._receivers))
+
+    def _add_gloss(self, view: GatherViewState, kind: FrameKind, receivers: GlossyReceivers) -> None:
+        knows = self._has_indirect and not self._frame.chain_samples.lobes
+        if knows:
+            self._frame.shading_points.add(receivers.light, view.radiance)
+        self._passes.add_coats(view, kind, None, self._light if knows else None)
 
     def _trace(self) -> None:
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scenes import box, grey, quad, resident_of
+from scenes import RARE, box, grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
@@ -29,6 +29,14 @@ def sconce_room() -> DeviceScene:
     lamp = quad((-0.485, 0.05, -0.15), (0.0, 0.1, 0.0), (0.0, 0.0, 0.06), 1)
     block = quad((-0.1, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.6), replace(grey(0.0, 40.0), double_sided=True), grey(0.4)])
+
+
+def coated_room() -> DeviceScene:
+    """A box with a lamp below its ceiling and a floor that is black but for its clear coat."""
+    lamp = quad((-0.2, 0.49, -0.45), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    floor = quad((-0.49, -0.4, -0.49), (0.0, 0.0, 0.98), (0.98, 0.0, 0.0), 2)
+    coated = replace(grey(0.0), clearcoat=1.0)
+    return resident_of([*box(), lamp, floor], [grey(0.7), grey(0.0, 5.0), coated, *RARE]).generalised()
 
 
 def mirror_room() -> DeviceScene:

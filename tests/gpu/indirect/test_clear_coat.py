@@ -35,16 +35,19 @@ def room(coat_roughness: float) -> tuple[DeviceScene, LightTable, RadiosityCache
     return device_scene, lights.table, lights.radiosity(lights.made(choice, lambda what, fraction: None))
 
 
-def shown(coat_roughness: float, *, direct: bool, count: int = 4, number: int = 0) -> tuple[Doubles, Doubles]:
+def shown(
+    coat_roughness: float, *, direct: bool, count: int = 4, number: int = 0, followed: bool = False
+) -> tuple[Doubles, Doubles]:
     """Of each pixel of the plate: what the coat leaves of what is below, and what it adds, in parts of the light.
 
-    count: samples of direct light; number: of the frame.
+    count: samples of direct light; number: of the frame; followed: as of KnownLight, without indirect light.
     """
     device_scene, table, cache = room(coat_roughness)
     view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
     view.set_camera(CAMERA)
     view.find_shading_points()
-    frame, known = view.frame, known_light(table, cache, direct=direct)
+    frame, known = view.frame, known_light(table, None if followed else cache, direct=direct)
+    known.followed = followed
     frame.frame_index.fill_(number)
     samples = direct_samples(count, frame.frame_index, 0)
     add_clear_coat(frame.scene, SIZE, frame.gbuffer, known, samples, view.radiance, frame.features)
@@ -59,6 +62,11 @@ def test_a_coat_shows_what_it_takes_from_below(roughness: float) -> None:
     assert coat.mean() == pytest.approx(1.0 - below.mean(), rel=0.05)
     below, coat = shown(roughness, direct=False)
     assert coat.mean() == pytest.approx((1.0 - below.mean()) / 2.0, rel=0.05)
+
+
+def test_where_chains_go_on_by_coats_these_have_no_indirect_light_besides() -> None:
+    direct = shown(0.0, direct=True)[1] - shown(0.0, direct=False)[1]
+    assert shown(0.0, direct=True, followed=True)[1] == pytest.approx(direct, abs=1e-6)
 
 
 def test_frames_have_samples_of_direct_light_of_their_own() -> None:

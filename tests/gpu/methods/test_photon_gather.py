@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictures import CAMERA, SIZE, lamp_room, picture, relative_error, sconce_room
+from pictures import CAMERA, SIZE, coated_room, lamp_room, picture, relative_error, sconce_room
 from scenes import RARE, box, grey, quad, resident_of
 from stage_order import noted_stages
 
@@ -64,7 +64,7 @@ def test_a_glossy_floor_shows_what_its_lobes_reflect() -> None:
 
 
 @pytest.mark.parametrize("material", RARE)
-def test_glass_is_matt_and_a_coat_nothing_where_nothing_shows_them_besides(material: Material) -> None:
+def test_glass_is_matt_and_a_coat_takes_no_light_away(material: Material) -> None:
     """A white plate in even light, which it reflects, whatever it is of."""
     plate = quad((-0.49, -0.49, 0.0), (0.98, 0.0, 0.0), (0.0, 0.98, 0.0), 1)
     walls, plates = grey(0.5, emission=1.0), (material, replace(material, transmission=0.0, clearcoat=0.0))
@@ -74,6 +74,16 @@ def test_glass_is_matt_and_a_coat_nothing_where_nothing_shows_them_besides(mater
     ]
     assert light[1].mean() > 1.0
     assert light[0].mean() == pytest.approx(light[1].mean(), rel=0.02)
+
+
+@pytest.mark.parametrize("component", Component)
+def test_a_coat_shows_a_lamp_and_the_walls(component: Component) -> None:
+    """On a black floor, all of whose light is the coat's; where photons tell nothing of a wall, it shows nothing."""
+    room = coated_room()
+    seen = picture(room, method=Method.PHOTON_GATHER, component=component, samples=16, **COUNTS)[28:]
+    paths = picture(room, method=Method.PATH, component=component, samples=256)[28:]
+    lost = 0.9 if component is Component.INDIRECT else 1.0
+    assert seen.mean() == pytest.approx(lost * paths.mean(), rel=0.08)
 
 
 def test_at_rest_glass_is_seen_through() -> None:
