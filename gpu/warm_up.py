@@ -79,6 +79,21 @@ def compiles_beside(device: wp.Device) -> bool:
     return bool(device.is_cuda)
 
 
+def compile_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
+    """What is compiled from now on for the first frames of a scene, which `warm_up_soon` would wait for; None where
+    Warp's cache has it, or general kernels that stand in.
+    """
+    device, block = device_scene.device, block_of(device_scene.device)
+    own = frame_kernels(device_scene, settings, averaged=STILL_VIEW_PARAMETERS.smoothed_frames)
+    if all(is_compiled(kernel, device, block) for kernel in own):
+        return None
+    if compiles_beside(device):
+        general = frame_kernels(device_scene.generalised(), settings)
+        if all(is_compiled(kernel, device, block) for kernel in general):
+            return None
+    return LateKernels(own, device, block, after=0.0)
+
+
 def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
     """As `warm_up`, but where Warp's cache lacks some of the scene's own kernels, and has all general ones of it, load
     those, and return what is compiled meanwhile: until that is there, `device_scene.generalised()` is to be rendered.

@@ -148,14 +148,15 @@ def is_compiled(kernel: wp.Kernel, device: wp.Device, block: int) -> bool:
 
 
 class LateKernels:
-    """Kernels that are compiled for blocks of so many threads, into Warp's cache, while others have the device; from
-    LATE_SECONDS on, which leaves others time for a first picture.
-    """
+    """Kernels that are compiled for blocks of so many threads, into Warp's cache, while others have the device."""
 
-    def __init__(self, kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
+    def __init__(
+        self, kernels: Iterable[wp.Kernel], device: wp.Device, block: int, after: float = LATE_SECONDS
+    ) -> None:
+        """after: seconds that others are left for a first picture."""
         self._modules = list(dict.fromkeys(kernel.module for kernel in kernels))
         self._device, self._block = device, block
-        begins = monotonic() + LATE_SECONDS
+        begins = monotonic() + after
         for module in self._modules:
             build = module, device.alias
             if build not in _builds:

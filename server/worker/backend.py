@@ -39,6 +39,7 @@ from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
+from server.worker.late_edits import LateEdits
 from server.worker.loaded_scene import LoadedScene, build, edit, with_kernels
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.picking import picked_part
@@ -76,6 +77,7 @@ class GpuBackend:
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
         self._states = SceneStates(lambda state: self._renderers.drop_state(state))
         self._warm: set[SceneFeatures] = set()  # whose kernels were loaded for scenes with edits
+        self._late_edits = LateEdits()
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
@@ -151,6 +153,7 @@ class GpuBackend:
         self._viewed.pop(viewer, None)
         self._stills.pop(viewer, None)
         self._states.leave(viewer)
+        self._late_edits.leave(viewer)
         self._renderers.leave(viewer)
 
     def memory(self) -> tuple[int, int]:
@@ -224,10 +227,18 @@ class GpuBackend:
 
     @contextmanager
     def _state(
-        self, ref: SceneRef, edits: SceneEdits, viewer: int, report: Report, *, own: bool = False
+        self, ref: SceneRef, edits: SceneEdits, viewer: int, report: Report, *, own: bool = False, walks: bool = False
     ) -> Iterator[LoadedScene]:
-        """A scene with `edits`, as long as something is rendered of it for a viewer; own: which nobody else sees."""
+        """A scene with `edits`, as long as something is rendered of it for a viewer, who may walk; own: which nobody
+        else sees.
+        """
         with ExitStack() as used:
+            if edits == NO_EDITS:
+                self._late_edits.leave(viewer)
+            else:
+                with DEVICE_SHARING.holding(ref):
+                    loaded = self._loaded(ref, report)
+                edits = self._late_edits.to_show(loaded, edits, viewer, walks=walks)
             with DEVICE_SHARING.holding(ref):
                 loaded = self._loaded(ref, report)
                 if edits == NO_EDITS:
@@ -287,7 +298,7 @@ class GpuBackend:
             return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
 
     def _picture(self, job: Render, report: Report) -> Picture:
-        with self._state(job.scene, job.edits, job.viewer, report, own=job.own) as loaded:
+        with self._state(job.scene, job.edits, job.viewer, report, own=job.own, walks=job.walks) as loaded:
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
             lane = self._renderers.lane_of(job.viewer)

@@ -22,6 +22,7 @@ from gpu.scene.types import Environment, Sky
 from gpu.settings import RenderSettings
 from gpu.warm_up import (
     AVERAGED,
+    compile_soon,
     frame_kernels,
     load_kept_kernels,
     warm_up,
@@ -170,3 +171,25 @@ def test_general_kernels_stand_in_where_they_are_compiled_and_own_ones_are_not(
     waits = beside and not (own or general)
     assert set(loaded) == {"common", "general" if stands_in else "own", *(["refining"] * (not waits))}
     assert late == ["own"] * stands_in + ["refining"] * waits
+
+
+@pytest.mark.parametrize(
+    ("own", "general", "beside", "compiles"),
+    [(False, False, True, True), (False, True, True, False), (True, False, True, False), (False, True, False, True)],
+)
+def test_what_first_frames_lack_is_compiled_from_now_on(
+    cpu: str, monkeypatch: pytest.MonkeyPatch, *, own: bool, general: bool, beside: bool, compiles: bool
+) -> None:
+    compiled = {"common", *(["own"] * own), *(["general"] * general)}
+    late = list[str]()
+
+    def kernels(scene: DeviceScene, _: RenderSettings, averaged: int = AVERAGED) -> set[str]:
+        return {"common", "general" if scene.general else "own", *(["refining"] * (averaged == AVERAGED))}
+
+    monkeypatch.setattr(module, "compiles_beside", lambda _: beside)
+    monkeypatch.setattr(module, "is_compiled", lambda kernel, *_: kernel in compiled | {"refining"})
+    monkeypatch.setattr(module, "frame_kernels", kernels)
+    monkeypatch.setattr(module, "LateKernels", lambda kernels, *_, after: late.extend(kernels) or f"after {after}")
+    found = compile_soon(DeviceScene(BUILTIN["cornell-box"](), cpu), SETTINGS)
+    assert found == ("after 0.0" if compiles else None)
+    assert set(late) == ({"common", "own"} if compiles else set())

@@ -281,9 +281,8 @@ def test_late_kernels_are_compiled_in_threads_and_loaded_once_they_are_there(
         inner(module, device, block)
 
     monkeypatch.setattr(kernel_loading, "_compile", compiling)
-    monkeypatch.setattr(kernel_loading, "LATE_SECONDS", 0.2)
     device, kernel = wp.get_device(cpu), new_kernel()
-    late, same = LateKernels([kernel], device, 1), LateKernels([kernel], device, 1)
+    late, same = (LateKernels([kernel], device, 1, after=0.2) for _ in range(2))
     assert [one.compiled for one in (late, same)] == [False, False]
     may_end.set()
     while not late.compiled:
@@ -303,8 +302,7 @@ def test_a_late_kernel_that_cannot_be_compiled_is_said_when_it_is_to_be_loaded(
         raise RuntimeError("of a compiler")
 
     monkeypatch.setattr(kernel_loading, "_compile", failing)
-    monkeypatch.setattr(kernel_loading, "LATE_SECONDS", 0.0)
-    late = LateKernels([new_kernel()], wp.get_device(cpu), 1)
+    late = LateKernels([new_kernel()], wp.get_device(cpu), 1, after=0.0)
     while not late.compiled:
         sleep(0.01)
     with pytest.raises(RuntimeError, match="of a compiler"):
