@@ -78,7 +78,6 @@ class Service:
         token = limits.token.get_secret_value() if limits.token else None
         self.replicas: Assigner | None = Replicas(limits.replicas, token) if limits.replicas else None
         self.edited = EditedScenes(limits.max_own_edits)
-        self.changed_files = ChangedFiles(self.viewing.values)
         self.residency = Residency(
             self.engines,
             self.checker,
@@ -87,6 +86,7 @@ class Service:
             self.catalogue.touch,
             self.edited.learn,
         )
+        self.changed_files = ChangedFiles(self.viewing.values, self.residency.inspect)
         waiting = limits.max_waiting_renders
         self.stills = Places("renders that wait", WAITING_OF_ALL * waiting, waiting)
         self.jobs = Jobs(

@@ -1,35 +1,52 @@
 """Files of scenes that somebody looks at, which may change meanwhile, as when a program exports them once more."""
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 
+from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
-from server.refusals import UnknownSceneError
+from server.refusals import TooBusyError, UnknownSceneError
 from server.scenes.served import scene_ref
 from server.wire.worker import SceneRef
 
 LOOK_SECONDS = 2.0
 
+Listener = Callable[[SceneRef, SceneRef, UserError | None], None]
+
 
 class ChangedFiles:
-    """Looks at files every few seconds, and tells of those that have changed and stayed so until the next look."""
+    """Looks at files every few seconds, reads those that have changed and stayed so until the next look, and tells."""
 
-    def __init__(self, viewed: Callable[[], Iterable[SceneRef]]) -> None:
-        """viewed: the scenes that are looked at now."""
+    def __init__(self, viewed: Callable[[], Iterable[SceneRef]], read: Callable[[SceneRef], Awaitable[object]]) -> None:
+        """viewed: the scenes that are looked at now; read: raises UserError for a scene that cannot be shown, or
+        TooBusyError where it may be later.
+        """
         self._viewed = viewed
-        self.listeners: set[Callable[[SceneRef, SceneRef], None]] = set()  # hear a scene and what its file is now
+        self._read = read
+        self.listeners: set[Listener] = set()  # hear a scene, what its file is now, and why that cannot be shown, once
 
     async def run(self) -> None:
         """Look until cancelled."""
         before: dict[SceneRef, SceneRef | None] = {}
+        broken = set[SceneRef]()
         while True:
             await asyncio.sleep(LOOK_SECONDS)
             viewed = {scene for scene in self._viewed() if scene.source not in BUILTIN}
             now = await asyncio.to_thread(_now, viewed)
+            broken &= {*now.values()}
             for scene, newest in now.items():
-                if newest is not None and newest != scene and newest == before.get(scene):
-                    for listener in tuple(self.listeners):
-                        listener(scene, newest)
+                if newest is None or newest == scene or newest != before.get(scene) or newest in broken:
+                    continue
+                problem: UserError | None = None
+                try:
+                    await self._read(newest)
+                except TooBusyError:
+                    continue
+                except UserError as error:
+                    problem = error
+                    broken.add(newest)
+                for listener in tuple(self.listeners):
+                    listener(scene, newest, problem)
             before = now
 
 

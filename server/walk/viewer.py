@@ -102,6 +102,7 @@ class Viewer:
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
         self._tried: SceneRef | None = None  # what the file of the shown one has become, which was or is to be opened
+        self._problem: UserError | None = None  # why that cannot be, of which the viewer is to be told
         self._last_edit = 0  # of this viewer's that was dealt with
         self._edits_changed = asyncio.Event()
         self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
@@ -244,13 +245,19 @@ class Viewer:
                 self._edits_changed.set()
                 self._stir()
 
-    def _file_changed(self, scene: SceneRef, newest: SceneRef) -> None:
-        """The file of a scene is another one now: who looks at it sees that, if it can be read."""
-        if self._shown is not None and self._shown[0] == scene and self._wanted is None and self._tried != newest:
+    def _file_changed(self, scene: SceneRef, newest: SceneRef, problem: UserError | None) -> None:
+        """The file of a scene is another one now: who looks at it sees that, or hears what is wrong with it."""
+        if self._shown is None or self._shown[0] != scene or self._wanted is not None or self._tried == newest:
+            return
+        self._tried = newest
+        if problem is None:
             log.info("the scene's file has changed", extra={"scene": scene.id})
-            self._tried = self._wanted = newest
+            self._wanted = newest
             self._session.show(None)
             self._stir()
+        else:
+            self._problem = problem
+            self._news.set()
 
     @property
     def _scene_id(self) -> str | None:
@@ -384,6 +391,9 @@ class Viewer:
 
     async def _report(self) -> None:
         while True:
+            if (problem := self._problem) is not None:
+                self._problem = None
+                await self._fail(ErrorCode.SCENE_FAILED, problem)
             if (state := self._state) != self._told:
                 await self._socket.send(Status(state=state.state, text=state.text, fraction=state.fraction))
                 self._told = state

@@ -22,6 +22,7 @@ from server.scenes import changed_files
 from server.walk import stream, viewer
 from server.walk.viewer import MESSAGE_BURST, MESSAGE_RATE
 from server.wire.browser import PROTOCOL, parse_viewer_message
+from server.wire.worker import SceneRef
 
 Visit = Callable[[Running], Walker]
 POSE = json.dumps({"type": "pose", "id": 1, "matrix": IDENTITY, "yfov": 1.0})
@@ -276,7 +277,7 @@ def test_who_looks_at_a_file_that_is_written_anew_sees_that_with_the_edits_that_
     assert scene.stamp == 2e18
 
 
-def test_a_file_that_becomes_a_broken_one_is_told_once_and_the_one_before_is_shown(
+def test_a_file_that_becomes_a_broken_one_is_told_and_the_one_before_is_still_shown(
     serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(changed_files, "LOOK_SECONDS", 0.05)
@@ -284,15 +285,18 @@ def test_a_file_that_becomes_a_broken_one_is_told_once_and_the_one_before_is_sho
     running = serve(scenes_dir=tmp_path)
     walker = visit(running)
     walker.hello(scene="hall.glb")
-    monkeypatch.setattr(running.service.residency, "open", refuse)
+    reads = []
+
+    async def refuse(scene: SceneRef) -> None:
+        reads.append(scene.stamp)
+        raise UserError("hall.glb: is cut off")
+
+    monkeypatch.setattr(running.service.changed_files, "_read", refuse)
     os.utime(tmp_path / "hall.glb", (2e9, 2e9))
     assert walker.word("error", code="scene-failed")["message"] == "hall.glb: is cut off"
-    assert walker.word("scene")["id"] == "hall.glb"
     walker.pose(1)
     walker.frame()
     with pytest.raises(TimeoutError):
         walker.word("error", timeout=0.5)
-
-
-async def refuse(*_: object) -> None:
-    raise UserError("hall.glb: is cut off")
+    assert reads == [2e18]
+    assert [word["type"] for word in walker.words if word["type"] == "scene"] == []
