@@ -63,6 +63,16 @@ def test_a_scene_that_another_page_has_sent_since_can_be_seen_in_the_list(page: 
     assert labels == ["cornell-box", "hall – hall.glb", "hall – new/1"]  # two are called alike
 
 
+@pytest.mark.parametrize("way", ["hover", "focus"])
+def test_who_comes_to_choose_a_scene_sees_those_that_others_brought(page: Page, stage: Stage, way: str) -> None:
+    answers(page, lambda route: route.abort())
+    choices = page.locator("#scene option")
+    assert "new/1" not in choices.evaluate_all("all => all.map(({ value }) => value)")
+    getattr(page.locator("#scene"), way)()
+    expect(choices.last).to_have_attribute("value", "new/1")
+    expect(page.locator("#scene")).to_have_value("cornell-box")
+
+
 def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
     asked = answers(page, lambda route: route.fulfill(status=201, json={"id": "new/1"}))
     page.evaluate(DROP, ["große halle.glb"])
