@@ -331,5 +331,9 @@ def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wa
     pilot = pilot or pilot_of(bounces, device_scene.device)
     # An array that goes is freed on a stream that all others wait for.
     pilot.trace(scene, table, pilot.no_seed, features)
-    per_path = max(pilot.count() / pilot.room, 1.0 / max_paths_per_vpl)
-    return max(1, round(wanted / per_path))
+    return paths_that_leave(wanted, pilot.count() / pilot.room, max_paths_per_vpl)
+
+
+def paths_that_leave(wanted: int, per_path: float, max_paths_per_vpl: int = 16) -> int:
+    """How many light paths leave about `wanted` VPLs where one leaves `per_path` in the mean, as for `paths_for`."""
+    return max(1, round(wanted / max(per_path, 1.0 / max_paths_per_vpl)))

@@ -1,6 +1,7 @@
 """The light that light paths are drawn by (gpu.scene.lighting.path_light), on a device, in arrays that stay."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
@@ -58,8 +59,8 @@ def by_reach(table: LightTable, reach: Doubles | None) -> LightTable:
     from a closed room, it is seldom chosen. By its power it would always be.
     """
     made, device = duplicate(LightTable, table), table.all_emitters.cumulative.device
-    chosen, unseen = duplicate(PowerCdf, table.all_emitters), unseen_suns(table)
-    chosen.cumulative = wp.clone(table.all_emitters.cumulative)
+    chosen, unseen = _own(table.all_emitters), unseen_suns(table)
+    made.sampled = _own(table.sampled)
     if reach is not None or unseen.any():
         shares = probabilities(table.all_emitters)
         if reach is not None:
@@ -76,6 +77,13 @@ def by_reach(table: LightTable, reach: Doubles | None) -> LightTable:
     return made
 
 
+def _own(cdf: PowerCdf) -> PowerCdf:
+    """The same choice in an array of its own, which may be overwritten."""
+    own = duplicate(PowerCdf, cdf)
+    own.cumulative = wp.clone(cdf.cumulative)
+    return own
+
+
 def _shares_by_reach(power: Doubles, reach: Doubles) -> Doubles:
     """How often each emitter is chosen by `power` and by what of it arrives, (emitter,) each."""
     arriving = power * reach
@@ -84,17 +92,31 @@ def _shares_by_reach(power: Doubles, reach: Doubles) -> Doubles:
     return np.asarray(_POWER_SHARE * power / power.sum() + (1.0 - _POWER_SHARE) * arriving / arriving.sum())
 
 
+# What of each kind of emitters arrives where it is seen (gpu.vpl.light_reach), as for `by_reach`.
+ReachOf = Callable[[DeviceScene, LightTable], Doubles | None]
+
+
+@dataclass(frozen=True)
+class DrawnLight:
+    """A state of a scene as light paths are drawn by it: its emitters by power, and what of those arrives."""
+
+    device_scene: DeviceScene
+    by_power: LightTable
+    reach: Doubles | None
+
+
 class PathLight:
-    """What paths begin at: `table`; shares (light,): what each light is of that, as gpu.scene.lighting.path_light
-    numbers the parts of a scene.
+    """What paths begin at: `table`; reach (kind,): as for `by_reach`; shares (light,): what each light is of that, as
+    gpu.scene.lighting.path_light numbers the parts of a scene.
     """
 
-    def __init__(self, device_scene: DeviceScene, suns: SunMaps, reach: Doubles | None) -> None:
-        """suns: the maps of the scene's suns; reach: as for `by_reach`."""
+    def __init__(self, device_scene: DeviceScene, suns: SunMaps, reach_of: ReachOf) -> None:
+        """suns: the maps of the scene's suns."""
         drawn = device_scene.edited(path_light(device_scene.scene))
         table = build_light_table(drawn)
         table.suns = suns
-        self._scene, self.table = drawn.scene, by_reach(table, reach)
+        self._reach_of, self.reach = reach_of, reach_of(drawn, table)
+        self._scene, self.table = drawn.scene, by_reach(table, self.reach)
         self._materials, self._sky = drawn.data.materials, drawn.data.sky
         self._shares = path_light_shares(device_scene.scene)
         self.shares = wp.array(self._shares, dtype=wp.vec3, device=device_scene.device)
@@ -105,27 +127,32 @@ class PathLight:
         seen.materials, seen.sky = self._materials, self._sky
         return seen
 
-    def follow(self, edited: DeviceScene, table: LightTable, reach: Doubles | None, *, same_suns: bool) -> bool:
-        """Become the light of `edited`, which has as much of everything, and emitters in this `table`; whether paths
-        are the same as before. reach: as for `by_reach`; same_suns: their maps are.
+    def of(self, edited: DeviceScene, by_power: LightTable, *, same_suns: bool) -> DrawnLight | None:
+        """What paths are drawn by in `edited`, which has as much of everything, and these emitters; None where paths
+        are the same as they are. same_suns: the suns' maps are.
         """
-        shares = path_light_shares(edited.scene)
-        if not np.array_equal(shares, self._shares):
-            self._shares = shares
-            self.shares.assign(shares)
         scene = path_light(edited.scene)
         if same_suns and _same_paths(self._scene, scene):
-            return True
-        drawn, suns = edited, table.suns
+            return None
+        drawn, table = edited, by_power
         if scene is not edited.scene:
             drawn = edited.edited(scene)
             table = build_light_table(drawn)
-            table.suns = suns
-            table = by_reach(table, reach)
-        if drawn.scene.materials is not self._scene.materials:
-            wp.copy(self._materials, drawn.data.materials)
-        if drawn.scene.sky is not self._scene.sky:
-            wp.copy(self._sky, drawn.data.sky)
-        overwrite(LightTable, self.table, table)
-        self._scene = drawn.scene
-        return False
+            table.suns = by_power.suns
+        return DrawnLight(drawn, table, self._reach_of(drawn, table))
+
+    def become(self, scene: Scene, drawn: DrawnLight | None) -> None:
+        """Become the light of `scene`; drawn: what `of` has told of it."""
+        shares = path_light_shares(scene)
+        if not np.array_equal(shares, self._shares):
+            self._shares = shares
+            self.shares.assign(shares)
+        if drawn is None:
+            return
+        state = drawn.device_scene
+        if state.scene.materials is not self._scene.materials:
+            wp.copy(self._materials, state.data.materials)
+        if state.scene.sky is not self._scene.sky:
+            wp.copy(self._sky, state.data.sky)
+        overwrite(LightTable, self.table, by_reach(drawn.by_power, drawn.reach))
+        self._scene, self.reach = state.scene, drawn.reach

@@ -6,7 +6,6 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import duplicate, launch
-from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import power_cdf, probabilities
 from gpu.lights.light_table import LightTable
@@ -19,7 +18,7 @@ from gpu.vpl.emitter_importance import IMPORTANCE_PARAMETERS, lit_vertex_kernel
 LEAST_CHANGE = 2.0
 
 
-def light_reach(device_scene: DeviceScene, scene: SceneData, table: LightTable) -> Doubles | None:
+def light_reach(device_scene: DeviceScene, table: LightTable) -> Doubles | None:
     """Irradiance of walks' vertices for each part of all power, by `kinds_of` (kind,); of kinds without power, the most
     that others have. None where nothing is to be chosen by it: without a sky, with nothing else, without a camera, or
     where power tells as much.
@@ -27,6 +26,7 @@ def light_reach(device_scene: DeviceScene, scene: SceneData, table: LightTable) 
     if table.sky_count == 0 or table.count < 2 or not device_scene.scene.cameras:
         return None
     power, kinds, device = probabilities(table.all_emitters), kinds_of(table), device_scene.device
+    scene = device_scene.data
     vertices = walk_from_cameras(device_scene, scene, IMPORTANCE_PARAMETERS.walks, IMPORTANCE_PARAMETERS.length)
     reach = np.full(3, -1.0)
     for kind in np.unique(kinds):

@@ -15,12 +15,11 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import Emitters, emitters_after, emitters_of
-from gpu.lights.light_paths import paths_for
 from gpu.lights.light_table import LightTable, PowerCdf
 from gpu.lights.path_light import PathLight, by_reach, same_surfaces
 from gpu.vpl.light_reach import light_reach
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
-from gpu.vpl.seen_paths import SeenPathEnds, pilot_of, walked
+from gpu.vpl.seen_paths import SeenPathEnds, SeenPilot, walked
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -46,15 +45,14 @@ class LightSets:
         # their seed.
         self._paths: dict[LightSetChoice, int] = {}
         self._views: dict[bool, SceneData] = {}  # by whether they are Lambertian
-        self._pilots: dict[int, SeenPathEnds] = {}  # by bounces
+        self._pilots: dict[int, SeenPilot] = {}  # by bounces
         self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self.version = self.surface_version = self._path_version = 0
         self._emitters: Emitters = emitters_of(device_scene)
         self._emitters.table.suns = sun_maps_of(device_scene, self._emitters.table)
-        self._reach = light_reach(device_scene, device_scene.data, self._emitters.table)
-        self.table: LightTable = by_reach(self._emitters.table, self._reach)
-        self._path_light = PathLight(device_scene, self.table.suns, self._reach)
+        self._path_light = PathLight(device_scene, self._emitters.table.suns, light_reach)
+        self.table: LightTable = by_reach(self._emitters.table, self._path_light.reach)
         self._walked = walked(device_scene)
 
     def follow(self, edited: DeviceScene) -> bool:
@@ -75,19 +73,21 @@ class LightSets:
         else:
             table.suns = self.table.suns
         by_power, sampled = table.all_emitters, table.sampled
-        table = by_reach(table, self._reach)
+        drawn = self._path_light.of(edited, table, same_suns=same_suns)
+        table = by_reach(table, self._path_light.reach if drawn is None else drawn.reach)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
         if not same_surfaces(scene.scene, edited.scene):
             self.surface_version += 1
-        same_paths = self._path_light.follow(edited, table, self._reach, same_suns=same_suns)
+            wp.copy(self._walked, walked(edited))
+        self._path_light.become(edited.scene, drawn)
         scene.become(edited)
         overwrite(LightTable, self.table, table)
         resident = duplicate(LightTable, self.table)
         resident.all_emitters, resident.sampled = by_power, sampled
         self._emitters = Emitters(resident, emitters.powers)
         self.version += 1
-        if not same_paths:
+        if drawn is not None:
             self._path_version = self.version
             self._paths.clear()
         return True
@@ -152,11 +152,10 @@ class LightSets:
         same = replace(choice, seed=0)
         if same not in self._paths:
             features = self._device_scene.features(lambertian=choice.lambertian)
-            inputs = self._device_scene, scene, self._path_light.table, choice.vpls, choice.bounces, features
             if choice.bounces not in self._pilots:
-                table = self._path_light.table
-                self._pilots[choice.bounces] = pilot_of(self._walked, scene, table, choice.bounces, features)
-            self._paths[same] = paths_for(*inputs, pilot=self._pilots[choice.bounces])
+                self._pilots[choice.bounces] = SeenPilot(choice.bounces, self._walked)
+            pilot = self._pilots[choice.bounces]
+            self._paths[same] = pilot.paths_for(choice.vpls, scene, self._path_light.table, features)
         return self._paths[same]
 
     def _trace(self, light_set: LightSet, scene: SceneData, paths: int, run: RunPart) -> tuple[VplMaker, int]:
@@ -164,7 +163,7 @@ class LightSets:
         choice, same = light_set.choice, replace(light_set.choice, seed=0)
         features = self._device_scene.features(lambertian=choice.lambertian)
         maker = self._makers.get(same)
-        if maker is None or maker.ends.room < paths:
+        if maker is None or maker.ends.room < paths or maker.ends.thins != self._pilots[choice.bounces].thins:
             maker = self._makers[same] = self._maker(choice, paths, choice.vpls)
         ends = maker.ends
         light_set.trace_by(maker)

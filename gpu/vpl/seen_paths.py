@@ -15,7 +15,7 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connected
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_paths import PILOT_PATHS, PathEnds, Vpls
+from gpu.lights.light_paths import PILOT_PATHS, PathEnds, Vpls, paths_that_leave
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import hashed
 from gpu.vpl.camera_walks import WalkVertex, has_ended, walk_from_cameras
@@ -103,12 +103,39 @@ class SeenPathEnds(PathEnds):
         """Trace new paths by `seed` (1,), and thin out what they leave."""
         super().trace(scene, table, seed, features)
         if self.thins:
-            chosen = SEEN_PARAMETERS
-            inputs = [scene, self.order, self.filled, self.raw, self._vertices, chosen, self._lit]
-            launch(seen_vertices_kernel, self.capacity, inputs, self.device)
-            inputs = [self.order, self.filled, chosen, self._lit, seed, self.raw]
-            launch(thin_out_kernel, self.capacity, inputs, self.device)
-            self.put_in_order()
+            self.thin_out(scene, seed)
+
+    def thin_out(self, scene: SceneData, seed: wp.array) -> None:
+        """Thin out what was traced by `seed` (1,)."""
+        chosen = SEEN_PARAMETERS
+        inputs = [scene, self.order, self.filled, self.raw, self._vertices, chosen, self._lit]
+        launch(seen_vertices_kernel, self.capacity, inputs, self.device)
+        inputs = [self.order, self.filled, chosen, self._lit, seed, self.raw]
+        launch(thin_out_kernel, self.capacity, inputs, self.device)
+        self.put_in_order()
+
+
+class SeenPilot:
+    """Runs of a few light paths; thins: whether paths should be thinned out, as the last one has told."""
+
+    def __init__(self, bounces: int, vertices: wp.array) -> None:
+        """vertices: of `walked`."""
+        self.thins, self._seen = False, vertices.size > 0
+        self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, thins=self._seen)
+
+    def paths_for(self, wanted: int, scene: SceneData, table: LightTable, features: SceneFeatures) -> int:
+        """How many light paths leave about `wanted` VPLs, thinned out where `thins` tells; none without light."""
+        self.thins = False
+        if table.count == 0:
+            return 0
+        ends = self._ends
+        PathEnds.trace(ends, scene, table, ends.no_seed, features)
+        whole = left = ends.count()
+        if self._seen:
+            ends.thin_out(scene, ends.no_seed)
+            left = ends.count()
+        self.thins = left <= MOST_LEFT * whole
+        return paths_that_leave(wanted, (left if self.thins else whole) / ends.room)
 
 
 def walked(device_scene: DeviceScene) -> wp.array:
@@ -116,18 +143,3 @@ def walked(device_scene: DeviceScene) -> wp.array:
     if not device_scene.scene.cameras:
         return wp.zeros((0, LENGTH), dtype=WalkVertex, device=device_scene.device)
     return walk_from_cameras(device_scene, device_scene.data, WALKS, LENGTH)
-
-
-def pilot_of(vertices: wp.array, scene: SceneData, table: LightTable, bounces: int,
-             features: SceneFeatures) -> SeenPathEnds:  # fmt: skip
-    """What runs pilots of light paths; it thins out, as what traces them for good should, where that leaves few.
-
-    vertices: of `walked`.
-    """
-    whole = SeenPathEnds(PILOT_PATHS, bounces, vertices, thins=False)
-    if vertices.size == 0 or table.count == 0:
-        return whole
-    thinned = SeenPathEnds(PILOT_PATHS, bounces, vertices, thins=True)
-    for ends in (whole, thinned):
-        ends.trace(scene, table, ends.no_seed, features)
-    return thinned if thinned.count() <= MOST_LEFT * whole.count() else whole

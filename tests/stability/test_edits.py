@@ -21,7 +21,7 @@ from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.renderer import Renderer
-from gpu.scene.camera import rotated
+from gpu.scene.camera import look_at, rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Doubles, Light, LightKind, Sky
 from gpu.settings import Component, Method, RenderSettings, Skips
@@ -240,3 +240,37 @@ def test_light_that_is_made_beside_other_stages_has_the_bits_of_what_is_made_aft
     beside = [walk((1024, 576), "cuda:0") for _ in range(2)]
     monkeypatch.setattr(Stages, "beside", lambda stages: nullcontext())
     assert beside == [walk((1024, 576), "cuda:0")] * 2
+
+
+def seen_room() -> DeviceScene:
+    """A closed room with a bulb and a screen, a tenth of the scene's size, on a wide plain under a sky, which is seen
+    by a camera inside; a slit lets light of a lamp in a room beside it in.
+    """
+    walls = [replace(part, positions=part.positions * 0.1) for part in box(0)]
+    beside = [replace(part, positions=part.positions * 0.1 + np.float32([0.11, 0.0, 0.0])) for part in box(0)]
+    slit = quad((0.05, -0.05, -0.05), (0.0, 0.0, 0.095), (0.0, 0.1, 0.0), 0)
+    screen = replace(quad((-0.02, -0.05, -0.02), (0.04, 0.0, 0.0), (0.0, 0.04, 0.0), 1), name="block")
+    plain = quad((-0.5, -0.06, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), 0)
+    bulb = Light("bulb", LightKind.POINT, (1e-4, 1e-4, 1e-4), (0.11, 0.0, 0.0))
+    parts = [*walls[:1], *walls[2:], *beside[1:], slit, screen, plain]
+    made = scene_of(parts, [grey(0.6), grey(0.4)], lights=[bulb], sky=Sky((1.0, 1.0, 1.0)))
+    return DeviceScene(replace(made, cameras=(look_at((-0.04, 0.0, 0.02), (0.0, 0.0, -0.02)),)), "cpu")
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.RSM_DISKS])
+def test_what_cameras_see_of_lights_follows_edits(method: Method) -> None:
+    """Which lights are chosen, and which VPLs are kept, is as if the scene had been loaded so."""
+    base, options = seen_room(), RenderSettings(**COUNTS, method=method)
+    loaded, state = LoadedScene(SceneRef("room", "room"), base.scene, base, LightSets(base), base.scene), None
+    for step in (
+        SceneEdits(lights={"bulb": LightEdit(position=(0.1, 0.0, 0.0))}),
+        SceneEdits(lights={"bulb": LightEdit(position=(0.0, 0.0, 0.0))}),
+        SceneEdits(lights={"bulb": LightEdit(position=(0.0, 0.0, 0.0), intensity=30.0)}),
+        SceneEdits(objects={"block": ObjectEdit(offset=(0.0, 0.05, -0.02))}),
+    ):
+        before, state = state, edit(loaded, step, state)
+        if state is not before:
+            renderer = Renderer(state.device_scene, SIZE, options, light_sets=state.light_sets)
+        found = renderer.render(base.scene.cameras[0])
+        anew = Renderer(DeviceScene(edited(base.scene, step), "cpu"), SIZE, options)
+        assert found.radiance().tobytes() == anew.render(base.scene.cameras[0]).radiance().tobytes()

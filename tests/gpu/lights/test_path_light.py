@@ -16,14 +16,16 @@ def base() -> DeviceScene:
 
 
 def path_light_of(device_scene: DeviceScene) -> PathLight:
-    return PathLight(device_scene, build_light_table(device_scene).suns, None)
+    return PathLight(device_scene, build_light_table(device_scene).suns, lambda *_: None)
 
 
 def followed(base: DeviceScene, light: PathLight, scene: Scene) -> bool:
     state = base.edited(scene)
     table = build_light_table(state)
     table.suns = light.table.suns
-    return light.follow(state, table, None, same_suns=True)
+    drawn = light.of(state, table, same_suns=True)
+    light.become(scene, drawn)
+    return drawn is None
 
 
 @pytest.mark.parametrize(

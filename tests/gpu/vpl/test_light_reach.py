@@ -30,7 +30,7 @@ def room(cameras: tuple[Camera, ...] = (CAMERA,), lamp: float = 5.0, window: flo
 def sky_share(device_scene: DeviceScene) -> tuple[float, float]:
     """How often the sky is chosen of all emitters, by power and as the scene's light sets have it."""
     table = build_light_table(device_scene)
-    reached = by_reach(table, light_reach(device_scene, device_scene.data, table))
+    reached = by_reach(table, light_reach(device_scene, table))
     sky = table.triangle_count
     return float(probabilities(table.all_emitters)[sky]), float(probabilities(reached.all_emitters)[sky])
 
@@ -51,7 +51,7 @@ def test_a_sky_counts_by_what_of_it_comes_in() -> None:
 
 def test_power_tells_of_what_is_seen_from_outside() -> None:
     outside = room(cameras=(look_at((0.3, 0.1, 0.3), (0.2, -0.06, 0.2)),))
-    assert light_reach(outside, outside.data, build_light_table(outside)) is None
+    assert light_reach(outside, build_light_table(outside)) is None
 
 
 def test_a_lamp_that_is_off_may_arrive_as_well_as_anything() -> None:
@@ -59,7 +59,7 @@ def test_a_lamp_that_is_off_may_arrive_as_well_as_anything() -> None:
     off = replace(lit.materials[1], emission=(0.0, 0.0, 0.0), stays_light=True)
     bulb = Light("bulb", LightKind.POINT, (0.01, 0.01, 0.01))
     device_scene = DeviceScene(replace(lit, materials=(lit.materials[0], off), lights=(bulb,)), "cpu")
-    reach = light_reach(device_scene, device_scene.data, build_light_table(device_scene))
+    reach = light_reach(device_scene, build_light_table(device_scene))
     assert reach is not None
     assert reach[0] == reach[2] == reach.max()
 
@@ -70,6 +70,6 @@ def test_power_tells_where_there_is_nothing_to_choose_by(without: str) -> None:
     if without == "sky":
         device_scene = DeviceScene(replace(device_scene.scene, sky=None), "cpu")
     table = build_light_table(device_scene)
-    assert light_reach(device_scene, device_scene.data, table) is None
+    assert light_reach(device_scene, table) is None
     same = probabilities(by_reach(table, None).all_emitters)
     assert np.array_equal(same, probabilities(table.all_emitters))

@@ -13,11 +13,11 @@ from scenes import box, grey, quad, resident_of
 from gpu.core.device import launch
 from gpu.core.lane import Lane
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_paths import paths_for
 from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Light, LightKind, Material, Scene, Sky
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
+from gpu.vpl.seen_paths import SeenPilot
 
 CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
@@ -51,12 +51,13 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
     device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls: list[object] = []
+    inner = SeenPilot.paths_for
 
-    def counted(*args: Any, **kept: Any) -> int:
-        calls.append(args)
-        return paths_for(*args, **kept)
+    def counted(pilot: SeenPilot, wanted: int, *others: Any) -> int:
+        calls.append(pilot)
+        return inner(pilot, wanted, *others)
 
-    monkeypatch.setattr("gpu.vpl.light_sets.paths_for", counted)
+    monkeypatch.setattr(SeenPilot, "paths_for", counted)
     light_sets = LightSets(device_scene)
     for choice in (CHOICE, replace(CHOICE, seed=1), replace(CHOICE, vpls=500)):
         assert light_sets.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)

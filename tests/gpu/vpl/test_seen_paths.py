@@ -14,7 +14,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Light, LightKind
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
-from gpu.vpl.seen_paths import MOST_LEFT, SEEN_PARAMETERS, SeenPathEnds, pilot_of, walked
+from gpu.vpl.seen_paths import MOST_LEFT, SEEN_PARAMETERS, SeenPathEnds, SeenPilot, walked
 
 LAMP = Light("lamp", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.4, 0.2, -0.2))
 DARK, BRIGHT = (look_at((x, 0.0, 0.3), (x, 0.0, -0.3)) for x in (-0.1, 0.3))
@@ -60,7 +60,8 @@ def test_each_seed_leaves_others() -> None:
 def test_paths_are_thinned_out_where_few_matter(cameras: tuple[Camera, ...], thins: bool) -> None:
     device_scene = rooms(*cameras)
     features = device_scene.generalised().features(lambertian=False)
-    pilot = pilot_of(walked(device_scene), device_scene.data, build_light_table(device_scene), BOUNCES, features)
+    pilot = SeenPilot(BOUNCES, walked(device_scene))
+    assert pilot.paths_for(4096, device_scene.data, build_light_table(device_scene), features) > 0
     assert pilot.thins == thins
     assert 0.0 < MOST_LEFT < 1.0
 
