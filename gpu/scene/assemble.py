@@ -8,6 +8,7 @@ import numpy as np
 from gpu.errors import SceneError
 from gpu.scene import validate
 from gpu.scene.animation.motion import Body
+from gpu.scene.computable import computable
 from gpu.scene.default_view import default_camera
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.floats import triple
@@ -59,6 +60,7 @@ def assemble(
     """
     check_parts(name, found, limits)
     check_choices(name, found.choices, options)
+    found = computable(found)
     meshes = [part for part in found.meshes if len(part.triangles)]
     parts = [_with_normals(part) for part in meshes]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gpu.scene.computable import MOST
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.floats import triple
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Placement
@@ -33,7 +34,7 @@ def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, sa
     if light.kind is LightKind.DIRECTIONAL:
         return light
     scale = intensity_scale(frame, placement, said_metres)
-    return replace(light, intensity=triple(np.array(light.intensity) * scale))
+    return replace(light, intensity=triple(np.minimum(np.array(light.intensity) * scale, MOST)))
 
 
 def intensity_scale(frame: FileFrame, placement: Placement, said_metres: float) -> float:

@@ -5,13 +5,13 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 
 from gpu.errors import SceneError
-from gpu.scene.formats.files import confined_file, read_bytes
+from gpu.scene.formats.files import confined_file, file_beside, read_bytes
 from gpu.scene.formats.package import entry_name
 from gpu.scene.formats.usd.layers import LAYERS
 from gpu.scene.limits import SceneLimits
@@ -32,13 +32,18 @@ class Stage:
     def content(self, attribute: Any) -> tuple[str, bytes] | None:
         """Identifier and bytes of the file that an asset-valued `attribute` names; None, and said, if it is missing.
 
-        Raises SceneError when it is outside the scene's folder.
+        Of an absolute path, as of another machine, the end is looked for beside the scene. Raises SceneError when it is
+        outside the scene's folder.
         """
         value = attribute.Get(self.time)
         if value is None or not value.path:
             return None
-        layer = attribute.GetPropertyStack(self.time)[0].layer
-        found = _located(self.path, layer, value.path, str(attribute.GetPath()))
+        place = str(attribute.GetPath())
+        if PureWindowsPath(value.path).anchor or value.path.lower().startswith("file:"):
+            beside = file_beside(self.path, value.path, place, self.remarks)
+            found = None if beside is None else str(beside)
+        else:
+            found = _located(self.path, attribute.GetPropertyStack(self.time)[0].layer, value.path, place)
         if found is None:
             self.remarks.add("a file that the scene refers to is missing and was left out", value.path)
             return None
@@ -110,7 +115,7 @@ def _located(scene: Path, layer: Any, asset: str, field: str) -> str | None:
     file = confined_file(scene, os.path.relpath(outer, folder), field)
     if file is None or (inner and inner not in _entries(file)):
         return None
-    return Ar.JoinPackageRelativePath(outer, inner) if inner else outer
+    return Ar.JoinPackageRelativePath(str(file), inner) if inner else str(file)  # which may differ in case
 
 
 def _entries(package: Path) -> dict[str, zipfile.ZipInfo]:

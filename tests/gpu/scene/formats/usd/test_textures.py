@@ -69,6 +69,17 @@ def test_missing_files_are_said(usd: UsdFile, file: str) -> None:
     assert any("left out" in sentence and file in sentence for sentence in scene.report.ignored)
 
 
+@pytest.mark.parametrize(
+    "name", ["Maps/A.PNG", "maps\\\\a.png", "C:/job/maps/a.png", "/home/me/maps/a.png", "file:///C:/job/Maps/a.png"]
+)
+def test_files_are_found_as_those_of_other_formats_are(usd: UsdFile, name: str) -> None:
+    (usd.folder / "maps").mkdir()
+    usd.image("maps/a.png", [[(1, 2, 3)]])
+    colored(usd, name)
+    scene = usd.load()
+    assert scene.materials[0].base_color_slot is not None
+
+
 def test_files_outside_the_folder_are_refused(usd: UsdFile) -> None:
     usd.image("../a.png", [[(1, 2, 3)]])
     colored(usd, "../a.png")
