@@ -1,5 +1,6 @@
 /** Days and hours of a place, as sliders have them, and dates, as edits do. A place's clock is that of its zone of 15°. */
 
+/** @typedef {import("./messages.js").LightEdit} LightEdit */
 /** @typedef {{year: number, day: number, hour: number}} Moment  day: of the year, from 1; hour: with its fraction, from 0 to 24 */
 
 const HOUR = 3_600_000; // [ms]
@@ -27,4 +28,20 @@ export function wordsOf({ year, day, hour }) {
   const words = new Date(Date.UTC(year, 0, day)).toLocaleDateString("en-GB", { day: "numeric", month: "short", timeZone: "UTC" });
   const minutes = Math.round(hour * 60);
   return [words, `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}`];
+}
+
+/** @param {LightEdit} edit */
+const timeOf = ({ date = null, place = null, north = null }) => ({ date, place, north });
+
+/**
+ * What changes with an `edit` of a light, by id: sun and sky are of one time, so all that have a date have the same.
+ * @param {string} id of the light @param {LightEdit} edit @param {Readonly<Record<string, LightEdit>>} lights  what differs of all
+ * @returns {Record<string, LightEdit>}
+ */
+export function atOneTime(id, edit, lights) {
+  if (!edit.date) return { [id]: edit };
+  const dated = Object.entries(lights).filter(([one, other]) => one !== id && other.date);
+  const [, known] = dated[0] ?? [];
+  if (known && !lights[id]?.date) return { [id]: { ...edit, ...timeOf(known) } };
+  return Object.fromEntries([[id, edit], ...dated.map(([one]) => [one, timeOf(edit)])]);
 }

@@ -150,6 +150,26 @@ def test_a_sky_has_a_day_and_hour_of_its_own(page: Page, gradients: Running) -> 
     wait_for(page, lambda: "T18:00:00" in patches(stage, 1)[-1]["lights"]["sky"].get("date", ""))
 
 
+def test_sun_and_sky_are_of_one_time(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    sun = {"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0, -1, 0], "added": True}
+    stage.scene(lights=[sun, {"id": "sky", "form": "sky", "color": [1, 1, 1]}])
+    stage.hear("pose")
+    page.keyboard.press("KeyG")
+    page.get_by_label("Sun by date: sun").check()
+    page.get_by_label("Hour of sun").fill("18")
+    wait_for(page, lambda: "T18:00:00" in patches(stage, 1)[-1]["lights"]["sun"].get("date", ""))
+    page.get_by_label("Sun by date: sky").check()
+    wait_for(page, lambda: "T18:00:00" in patches(stage, 1)[-1]["lights"].get("sky", {}).get("date", ""))
+    page.get_by_label("Hour of sky").fill("9")
+    wait_for(page, lambda: patches(stage, 1)[-1]["lights"].keys() == {"sun", "sky"})
+    told = patches(stage, 1)[-1]["lights"]
+    assert told["sun"] == {name: told["sky"][name] for name in ("date", "place", "north")}
+    assert "T09:00:00" in told["sun"]["date"]
+
+
 def test_a_sun_that_the_file_has_not_is_off_until_it_is_added(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))

@@ -8,6 +8,7 @@ import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
 import { stepIn } from "../moving.js";
 import { load, save } from "../storage.js";
+import { atOneTime } from "../sun.js";
 import { offer } from "./choice.js";
 import { Gizmo } from "./gizmo.js";
 import { LightRow } from "./light-row.js";
@@ -224,7 +225,7 @@ export class Mixer {
   /** @param {import("../messages.js").LightInfo} light @param {number} number */
   #row(light, number) {
     return new LightRow(light, number, {
-      edit: (edit, what) => this.#history.edit({ lights: { [light.id]: edit } }, what && `${light.id}/${what}`),
+      edit: (edit, what) => this.#history.edit({ lights: atOneTime(light.id, edit, this.#history.edits.lights) }, what && `${light.id}/${what}`),
       camera: this.#events.camera,
       step: this.#moveStep,
       turnStep: this.#angleStep,
