@@ -312,7 +312,7 @@ class Passes:
         frame, gloss, other = self._frame, self._frame.gloss, self._other_branch
         if frame.chain_samples.lobes:
             if frame.features.coats:
-                stages.run("gloss", lambda: self.add_coats(view, kind, None), repeats=kind.captured)
+                stages.run("gloss", lambda: self.add_coats(view, kind, cache), repeats=kind.captured)
             return
 
         def add(gloss: GlossyReflection) -> None:
@@ -333,6 +333,7 @@ class Passes:
         if frame.features.coats and frame.gbuffer.traces_gloss:
             known = self._known(cache, photons=photons is not None)
             known.followed = frame.chain_samples.lobes
+            known.indirect = known.indirect and not known.followed
             count = light_samples(self._setup.sample_counts.samples, kind)
             which = direct_samples(count, frame.frame_index, self._settings.seed)
             seen = frame.scene, frame.size, frame.gbuffer

@@ -142,10 +142,9 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("gloss", partial(self._add_gloss, view, kind, self._receivers))
 
     def _add_gloss(self, view: GatherViewState, kind: FrameKind, receivers: GlossyReceivers) -> None:
-        knows = self._has_indirect and not self._frame.chain_samples.lobes
-        if knows:
+        if self._has_indirect and not self._frame.chain_samples.lobes:
             self._frame.shading_points.add(receivers.light, view.radiance)
-        self._passes.add_coats(view, kind, None, self._light if knows else None)
+        self._passes.add_coats(view, kind, None, self._light if self._has_indirect else None)
 
     def _trace(self) -> None:
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
