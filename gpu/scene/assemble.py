@@ -58,9 +58,9 @@ def assemble(
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
+    found = computable(found)
     check_parts(name, found, limits)
     check_choices(name, found.choices, options)
-    found = computable(found)
     meshes = [part for part in found.meshes if len(part.triangles)]
     parts = [_with_normals(part) for part in meshes]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")

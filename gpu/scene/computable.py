@@ -1,46 +1,76 @@
-"""Numbers that single precision does not hold, or not what is computed with them; the largest that do count instead."""
+"""Factors of materials and lights that a file has outside their range; the nearest within it counts instead.
+
+What single precision does not hold is outside, too, with room for what is computed with it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isnan
 from typing import Any
 
 from gpu.scene.remarks import Remarks
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Light, Material
+from gpu.scene.types import Light, Material, Rgb, Sky
 
 MOST = 1e30
-# Of materials; a Fresnel term has the square of an index.
-_MOST = {"emission": MOST, "specular_color": MOST, "thickness": MOST, "ior": 1e6, "iridescence_ior": 1e6}
+_SHARES = (
+    *("base_color", "metallic", "roughness", "transmission", "attenuation_color", "specular"),
+    *("clearcoat", "clearcoat_roughness", "sheen_color", "sheen_roughness", "iridescence"),
+    *("diffuse_transmission", "diffuse_transmission_color"),
+)
+# The most of each factor of a material, of which none is negative; a Fresnel term has the square of an index.
+_MOST = dict.fromkeys(_SHARES, 1.0) | {
+    **dict.fromkeys(("emission", "specular_color", "thickness", "alpha_cutoff"), MOST),
+    **dict.fromkeys(("iridescence_least", "iridescence_most"), MOST),
+    **dict.fromkeys(("ior", "iridescence_ior"), 1e6),
+}
+_DEFAULT = Material()
 
 
 def computable(found: SceneParts) -> SceneParts:
-    """What was `found`, with materials and lights that can be computed with; its notes say what was changed."""
+    """What was `found`, with all factors in their range; its notes say what was changed."""
     remarks = Remarks()
-    materials = [_material(one, f"materials[{number}]", remarks) for number, one in enumerate(found.materials)]
-    lights = [_light(one, f"lights[{number}]", remarks) for number, one in enumerate(found.lights)]
+    materials = [_material(one, remarks) for one in found.materials]
+    lights = [_light(one, remarks) for one in found.lights]
+    sky = None if found.sky is None else Sky(_light_of(found.sky.radiance, "sky.radiance", remarks))
     said = remarks.sentences()
-    return replace(found, materials=materials, lights=lights, notes=(*found.notes, *said)) if said else found
+    return replace(found, materials=materials, lights=lights, sky=sky, notes=(*found.notes, *said)) if said else found
 
 
-def _material(material: Material, place: str, remarks: Remarks) -> Material:
-    """One whose numbers are not above `_MOST`."""
+def _material(material: Material, remarks: Remarks) -> Material:
     changed: dict[str, Any] = {}
     for name, most in _MOST.items():
         value = getattr(material, name)
-        largest = max(value) if isinstance(value, tuple) else value
-        if largest > most:
-            remarks.add(f"is more than can be computed with; {most:g} was taken", f"{place}.{name}")
-            changed[name] = _least(value, most) if isinstance(value, tuple) else most
+        values = value if isinstance(value, tuple) else (value,)
+        if all(0.0 <= one <= most for one in values):
+            continue
+        usual = getattr(_DEFAULT, name)
+        made = _within(
+            values, usual if isinstance(usual, tuple) else (usual,), most, f"{material.name}.{name}", remarks
+        )
+        changed[name] = made if isinstance(value, tuple) else made[0]
     return replace(material, **changed) if changed else material
 
 
-def _light(light: Light, place: str, remarks: Remarks) -> Light:
-    if max(light.intensity) <= MOST:
-        return light
-    remarks.add(f"is more than can be computed with; {MOST:g} was taken", f"{place}.intensity")
-    red, green, blue = _least(light.intensity, MOST)
-    return replace(light, intensity=(red, green, blue))
+def _light(light: Light, remarks: Remarks) -> Light:
+    intensity = _light_of(light.intensity, f"{light.name}.intensity", remarks)
+    return light if intensity == light.intensity else replace(light, intensity=intensity)
 
 
-def _least(values: Sequence[float], most: float) -> tuple[float, ...]:
-    return tuple(min(value, most) for value in values)
+def _light_of(color: Rgb, place: str, remarks: Remarks) -> Rgb:
+    red, green, blue = _within(color, (0.0, 0.0, 0.0), MOST, place, remarks)
+    return red, green, blue
+
+
+def _within(
+    values: Sequence[float], usual: Sequence[float], most: float, place: str, remarks: Remarks
+) -> tuple[float, ...]:
+    """`values` from 0 to `most`, and what is `usual` instead of those that are no number."""
+    made = tuple(
+        other if isnan(value) else min(max(value, 0.0), most) for value, other in zip(values, usual, strict=True)
+    )
+    wrong = next(((value, taken) for value, taken in zip(values, made, strict=True) if value != taken), None)
+    if wrong is not None:
+        problem = f"must be between 0 and {most:g}, not {wrong[0]:g}; {wrong[1]:g} was taken"
+        remarks.add(problem, place, f"between 0 and {most:g}")
+    return made

@@ -1,26 +1,32 @@
+from math import inf, nan
+
 from gpu.scene.computable import computable
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Light, LightKind, Material
+from gpu.scene.types import Light, LightKind, Material, Sky
 
 
-def test_numbers_that_single_precision_does_not_hold_are_bounded_and_said() -> None:
-    sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 1e60, 1.0))
-    lamp = Material(emission=(1e300, 2.0, 0.0), ior=1e39)
-    found = computable(
-        SceneParts((), [Material(), lamp, Material(emission=(1e31, 0.0, 0.0))], lights=[sun], notes=["a"])
-    )
-    assert [material.emission for material in found.materials] == [(0.0, 0.0, 0.0), (1e30, 2.0, 0.0), (1e30, 0.0, 0.0)]
-    assert found.materials[1].ior == 1e6
-    assert found.lights[0].intensity == (1.0, 1e30, 1.0)
+def test_factors_outside_their_range_are_mended_and_said() -> None:
+    lamp = Material("lamp", emission=(1e300, 2.0, 0.0), ior=1e39)
+    paint = Material("paint", base_color=(2.0, -1.0, nan, 0.5), roughness=nan, metallic=inf)
+    sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 1e60, nan))
+    found = computable(SceneParts((), [Material(), lamp, paint], lights=[sun], sky=Sky((inf, 1.0, 0.0)), notes=["a"]))
+    assert found.materials == [
+        Material(),
+        Material("lamp", emission=(1e30, 2.0, 0.0), ior=1e6),
+        Material("paint", base_color=(1.0, 0.0, 1.0, 0.5), roughness=1.0, metallic=1.0),
+    ]
+    assert found.lights[0].intensity == (1.0, 1e30, 0.0)
+    assert found.sky == Sky((1e30, 1.0, 0.0))
     assert found.notes == (
         "a",
-        "materials[1].emission: is more than can be computed with; 1e+30 was taken "
-        "(likewise materials[2].emission, lights[0].intensity)",
-        "materials[1].ior: is more than can be computed with; 1e+06 was taken",
+        "lamp.emission: must be between 0 and 1e+30, not 1e+300; 1e+30 was taken "
+        "(likewise sun.intensity, sky.radiance)",
+        "lamp.ior: must be between 0 and 1e+06, not 1e+39; 1e+06 was taken",
+        "paint.base_color: must be between 0 and 1, not 2; 1 was taken (likewise paint.metallic, paint.roughness)",
     )
 
 
-def test_what_can_be_computed_with_stays_as_it_is() -> None:
+def test_factors_within_their_range_stay_as_they_are() -> None:
     found = SceneParts(
         (), [Material(emission=(1e30, 0.0, 0.0))], lights=[Light("bulb", LightKind.POINT, (1e30, 1.0, 1.0))]
     )
