@@ -39,7 +39,7 @@ from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
-from server.worker.late_edits import LateEdits
+from server.worker.late_edits import COMPILING, LateEdits
 from server.worker.loaded_scene import LoadedScene, build, edit, with_kernels
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.picking import picked_part
@@ -190,7 +190,7 @@ class GpuBackend:
             scene = replace(scene, name=ref.id)  # all that viewers know
             report(f"building {ref.id}", 0.5)
             loaded = build(ref, scene, self._device)
-            report("compiling kernels, which the first time takes a minute", 0.8)
+            report(COMPILING, 0.8)
             if late := warm_up_soon(loaded.device_scene, RenderSettings()):
                 loaded = with_kernels(loaded, late)
         self._scenes[ref] = loaded
@@ -238,7 +238,7 @@ class GpuBackend:
             else:
                 with DEVICE_SHARING.holding(ref):
                     loaded = self._loaded(ref, report)
-                edits = self._late_edits.to_show(loaded, edits, viewer, walks=walks)
+                edits = self._late_edits.to_show(loaded, edits, viewer, report, walks=walks)
             with DEVICE_SHARING.holding(ref):
                 loaded = self._loaded(ref, report)
                 if edits == NO_EDITS:
@@ -260,7 +260,7 @@ class GpuBackend:
             return state if goes_on else with_kernels(state, loaded.late)
         late = None
         if features not in self._warm:
-            report("compiling kernels, which the first time takes a minute", 0.8)
+            report(COMPILING, 0.8)
             late = warm_up_soon(state.device_scene.generalised(general=False), RenderSettings())
         if late is None:
             self._warm.add(features)

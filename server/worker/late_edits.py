@@ -8,6 +8,9 @@ from gpu.settings import RenderSettings
 from gpu.warm_up import compile_soon
 from server.wire.worker import SceneRef
 from server.worker.loaded_scene import LoadedScene
+from server.worker.worker import Report
+
+COMPILING = "compiling kernels, which the first time takes a minute"
 
 
 class LateEdits:
@@ -18,7 +21,9 @@ class LateEdits:
         self._late: dict[SceneFeatures, LateKernels] = {}
         self._seen: dict[int, tuple[SceneRef, SceneEdits]] = {}  # by viewer
 
-    def to_show(self, loaded: LoadedScene, edits: SceneEdits, viewer: int, *, walks: bool) -> SceneEdits:
+    def to_show(
+        self, loaded: LoadedScene, edits: SceneEdits, viewer: int, report: Report, *, walks: bool
+    ) -> SceneEdits:
         """`edits` of a scene once their kernels are there; until then, if it walks, those that a viewer saw last: who
         does not walk waits, while others have the device.
 
@@ -31,6 +36,7 @@ class LateEdits:
         if late is not None and walks:
             return before[1] if before is not None and before[0] == loaded.ref else NO_EDITS
         if late is not None:
+            report(COMPILING, 0.8)
             DEVICE_SHARING.wait_for(lambda: late.compiled)
         self._seen[viewer] = loaded.ref, edits
         return edits

@@ -116,6 +116,7 @@ def test_edits_are_shown_by_general_kernels_until_their_own_are_there(
     monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: None)
     backend.open(BOX, silent)
     monkeypatch.setattr(backend, "_warm", set())
+    monkeypatch.setattr("server.worker.late_edits.compile_soon", lambda *_: None)
     monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: late)
     before = picture(0.3)
     assert is_general()

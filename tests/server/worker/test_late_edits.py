@@ -10,12 +10,16 @@ from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, SceneEdits
 from gpu.vpl.light_sets import LightSets
 from server.wire.worker import SceneRef
 from server.worker import late_edits
-from server.worker.late_edits import LateEdits
+from server.worker.late_edits import COMPILING, LateEdits
 from server.worker.loaded_scene import LoadedScene
 
 DIM = SceneEdits(lights={"light": LightEdit(intensity=0.5)})
 MIRROR = SceneEdits(materials={"white": MaterialEdit(metallic=1.0, roughness=0.0)})
 GLOSSY = SceneEdits(materials={"white": MaterialEdit(metallic=1.0, roughness=0.3)})
+
+
+def silent(_: str, __: float) -> None:
+    pass
 
 
 @pytest.fixture(scope="module")
@@ -35,16 +39,16 @@ def late(monkeypatch: pytest.MonkeyPatch) -> LateKernels:
 
 def test_who_walks_sees_what_it_saw_until_the_kernels_of_an_edit_are_there(box: LoadedScene, late: LateKernels) -> None:
     edits = LateEdits()
-    assert edits.to_show(box, MIRROR, 1, walks=True) == NO_EDITS
-    assert edits.to_show(box, DIM, 2, walks=True) == DIM
-    assert edits.to_show(box, MIRROR, 2, walks=True) == DIM
+    assert edits.to_show(box, MIRROR, 1, silent, walks=True) == NO_EDITS
+    assert edits.to_show(box, DIM, 2, silent, walks=True) == DIM
+    assert edits.to_show(box, MIRROR, 2, silent, walks=True) == DIM
     edits.leave(2)
-    assert edits.to_show(box, MIRROR, 2, walks=True) == NO_EDITS
+    assert edits.to_show(box, MIRROR, 2, silent, walks=True) == NO_EDITS
     late.compiled = True
-    assert edits.to_show(box, MIRROR, 2, walks=True) == MIRROR
+    assert edits.to_show(box, MIRROR, 2, silent, walks=True) == MIRROR
     late.compiled = False
-    assert edits.to_show(box, MIRROR, 3, walks=True) == MIRROR
-    assert edits.to_show(box, GLOSSY, 3, walks=True) == MIRROR
+    assert edits.to_show(box, MIRROR, 3, silent, walks=True) == MIRROR
+    assert edits.to_show(box, GLOSSY, 3, silent, walks=True) == MIRROR
 
 
 def test_who_rests_waits_for_them(box: LoadedScene, late: LateKernels, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,17 +56,19 @@ def test_who_rests_waits_for_them(box: LoadedScene, late: LateKernels, monkeypat
         late.compiled = True
 
     monkeypatch.setattr("gpu.core.sharing.sleep", wait)
-    assert LateEdits().to_show(box, MIRROR, 1, walks=False) == MIRROR
+    told: list[str] = []
+    assert LateEdits().to_show(box, MIRROR, 1, lambda what, _: told.append(what), walks=False) == MIRROR
     assert late.compiled
+    assert told == [COMPILING]
 
 
 def test_what_a_viewer_saw_of_another_scene_is_not_shown(box: LoadedScene, late: LateKernels) -> None:
     edits = LateEdits()
-    assert edits.to_show(box, DIM, 1, walks=True) == DIM
+    assert edits.to_show(box, DIM, 1, silent, walks=True) == DIM
     twin = LoadedScene(SceneRef("twin", "cornell-box"), box.scene, box.device_scene, box.light_sets, box.scene)
-    assert edits.to_show(twin, MIRROR, 1, walks=True) == NO_EDITS
+    assert edits.to_show(twin, MIRROR, 1, silent, walks=True) == NO_EDITS
 
 
 def test_edits_of_what_is_not_there_are_refused(box: LoadedScene) -> None:
     with pytest.raises(UserError, match=r"materials\.glass: the scene has no such material"):
-        LateEdits().to_show(box, SceneEdits(materials={"glass": MaterialEdit(roughness=0.3)}), 1, walks=True)
+        LateEdits().to_show(box, SceneEdits(materials={"glass": MaterialEdit(roughness=0.3)}), 1, silent, walks=True)
