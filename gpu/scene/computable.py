@@ -1,4 +1,5 @@
-"""Factors of materials and lights that a file has outside their range; the nearest within it counts instead.
+"""Factors of materials and lights that a file has outside their range, where the nearest within it counts instead, and
+cameras that can see nothing, which are left out.
 
 What single precision does not hold is outside, too, with room for what is computed with it.
 """
@@ -8,9 +9,11 @@ from dataclasses import replace
 from math import isnan
 from typing import Any
 
+import numpy as np
+
 from gpu.scene.remarks import Remarks
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Light, Material, Rgb, Sky
+from gpu.scene.types import Camera, Light, Material, Rgb, Sky
 
 MOST = 1e30
 _SHARES = (
@@ -33,8 +36,10 @@ def computable(found: SceneParts) -> SceneParts:
     materials = [_material(one, remarks) for one in found.materials]
     lights = [_light(one, remarks) for one in found.lights]
     sky = None if found.sky is None else Sky(_light_of(found.sky.radiance, "sky.radiance", remarks))
+    cameras = [one for one in found.cameras if _sees(one, remarks)]
     said = remarks.sentences()
-    return replace(found, materials=materials, lights=lights, sky=sky, notes=(*found.notes, *said)) if said else found
+    notes = (*found.notes, *said)
+    return replace(found, materials=materials, lights=lights, sky=sky, cameras=cameras, notes=notes) if said else found
 
 
 def _material(material: Material, remarks: Remarks) -> Material:
@@ -60,6 +65,15 @@ def _light(light: Light, remarks: Remarks) -> Light:
 def _light_of(color: Rgb, place: str, remarks: Remarks) -> Rgb:
     red, green, blue = _within(color, (0.0, 0.0, 0.0), MOST, place, remarks)
     return red, green, blue
+
+
+def _sees(camera: Camera, remarks: Remarks) -> bool:
+    """Whether a camera has a field of view that can be computed with, and sees what is nearer than that."""
+    sees = np.isfinite(camera.to_world).all() and camera.near <= MOST
+    sees = sees and all(0.0 < one <= MOST for one in (camera.half_height, camera.aspect))
+    if not sees:
+        remarks.add("a camera that cannot see anything was left out", camera.name)
+    return bool(sees)
 
 
 def _within(

@@ -1,8 +1,10 @@
 from math import inf, nan
 
+import numpy as np
+
 from gpu.scene.computable import computable
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Light, LightKind, Material, Sky
+from gpu.scene.types import Camera, Light, LightKind, Material, Sky
 
 
 def test_factors_outside_their_range_are_mended_and_said() -> None:
@@ -31,3 +33,12 @@ def test_factors_within_their_range_stay_as_they_are() -> None:
         (), [Material(emission=(1e30, 0.0, 0.0))], lights=[Light("bulb", LightKind.POINT, (1e30, 1.0, 1.0))]
     )
     assert computable(found) is found
+
+
+def test_cameras_that_can_see_nothing_are_left_out_and_said() -> None:
+    place, nowhere = np.eye(4), np.full((4, 4), nan)
+    wrong = [(place, 0.0), (place, inf), (place, 1e31), (nowhere, 1.0)]
+    cameras = [Camera("front", place, 1.0), *(Camera(f"c{at}", *it) for at, it in enumerate(wrong))]
+    found = computable(SceneParts((), (), cameras=[*cameras, Camera("far", place, 1.0, near=1e31)]))
+    assert [camera.name for camera in found.cameras] == ["front"]
+    assert found.notes == ("c0: a camera that cannot see anything was left out (likewise c1, c2, c3, far)",)
