@@ -13,19 +13,23 @@ import numpy as np
 
 from gpu.scene.remarks import Remarks
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Camera, Light, Material, Rgb, Sky
+from gpu.scene.types import Camera, Light, Material, Rgb, Sky, TextureSlot
+from gpu.scene.validate import slots
 
 MOST = 1e30
+LARGE = 1e6  # of what is multiplied by such, or by itself
 _SHARES = (
     *("base_color", "metallic", "roughness", "transmission", "attenuation_color", "specular"),
     *("clearcoat", "clearcoat_roughness", "sheen_color", "sheen_roughness", "iridescence"),
     *("diffuse_transmission", "diffuse_transmission_color"),
 )
-# The most of each factor of a material, of which none is negative; a Fresnel term has the square of an index.
-_MOST = dict.fromkeys(_SHARES, 1.0) | {
-    **dict.fromkeys(("emission", "specular_color", "thickness", "alpha_cutoff"), MOST),
-    **dict.fromkeys(("iridescence_least", "iridescence_most"), MOST),
-    **dict.fromkeys(("ior", "iridescence_ior"), 1e6),
+_FACTORS = ("emission", "specular_color", "thickness", "alpha_cutoff", "iridescence_least", "iridescence_most")
+# The least and the most of each factor of a material.
+_RANGES = {
+    **dict.fromkeys(_SHARES, (0.0, 1.0)),
+    **dict.fromkeys(_FACTORS, (0.0, MOST)),
+    **dict.fromkeys(("ior", "iridescence_ior"), (0.0, LARGE)),
+    **dict.fromkeys(("normal_scale", "clearcoat_normal_scale"), (-LARGE, LARGE)),
 }
 _DEFAULT = Material()
 
@@ -44,16 +48,19 @@ def computable(found: SceneParts) -> SceneParts:
 
 def _material(material: Material, remarks: Remarks) -> Material:
     changed: dict[str, Any] = {}
-    for name, most in _MOST.items():
+    for name, (low, high) in _RANGES.items():
         value = getattr(material, name)
         values = value if isinstance(value, tuple) else (value,)
-        if all(0.0 <= one <= most for one in values):
-            continue
-        usual = getattr(_DEFAULT, name)
-        made = _within(
-            values, usual if isinstance(usual, tuple) else (usual,), most, f"{material.name}.{name}", remarks
-        )
-        changed[name] = made if isinstance(value, tuple) else made[0]
+        if not all(low <= one <= high for one in values):
+            usual = getattr(_DEFAULT, name)
+            usuals = usual if isinstance(usual, tuple) else (usual,)
+            made = _within(values, usuals, (low, high), f"{material.name}.{name}", remarks)
+            changed[name] = made if isinstance(value, tuple) else made[0]
+    for name, slot in slots(material).items():
+        if not all(-LARGE <= one <= LARGE for one in slot.transform):
+            place = f"{material.name}.{name}.transform"
+            made = _within(slot.transform, TextureSlot(0).transform, (-LARGE, LARGE), place, remarks)
+            changed[name] = replace(slot, transform=made)  # type: ignore[arg-type]
     return replace(material, **changed) if changed else material
 
 
@@ -63,7 +70,7 @@ def _light(light: Light, remarks: Remarks) -> Light:
 
 
 def _light_of(color: Rgb, place: str, remarks: Remarks) -> Rgb:
-    red, green, blue = _within(color, (0.0, 0.0, 0.0), MOST, place, remarks)
+    red, green, blue = _within(color, (0.0, 0.0, 0.0), (0.0, MOST), place, remarks)
     return red, green, blue
 
 
@@ -77,14 +84,15 @@ def _sees(camera: Camera, remarks: Remarks) -> bool:
 
 
 def _within(
-    values: Sequence[float], usual: Sequence[float], most: float, place: str, remarks: Remarks
+    values: Sequence[float], usual: Sequence[float], within: tuple[float, float], place: str, remarks: Remarks
 ) -> tuple[float, ...]:
-    """`values` from 0 to `most`, and what is `usual` instead of those that are no number."""
+    """`values` from the least to the most `within`, and what is `usual` instead of those that are no number."""
+    low, high = within
     made = tuple(
-        other if isnan(value) else min(max(value, 0.0), most) for value, other in zip(values, usual, strict=True)
+        other if isnan(value) else min(max(value, low), high) for value, other in zip(values, usual, strict=True)
     )
     wrong = next(((value, taken) for value, taken in zip(values, made, strict=True) if value != taken), None)
     if wrong is not None:
-        problem = f"must be between 0 and {most:g}, not {wrong[0]:g}; {wrong[1]:g} was taken"
-        remarks.add(problem, place, f"between 0 and {most:g}")
+        problem = f"must be between {low:g} and {high:g}, not {wrong[0]:g}; {wrong[1]:g} was taken"
+        remarks.add(problem, place, f"between {low:g} and {high:g}")
     return made

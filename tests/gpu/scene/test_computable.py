@@ -4,7 +4,7 @@ import numpy as np
 
 from gpu.scene.computable import computable
 from gpu.scene.scene_parts import SceneParts
-from gpu.scene.types import Camera, Light, LightKind, Material, Sky
+from gpu.scene.types import Camera, Light, LightKind, Material, Sky, TextureSlot
 
 
 def test_factors_outside_their_range_are_mended_and_said() -> None:
@@ -25,6 +25,18 @@ def test_factors_outside_their_range_are_mended_and_said() -> None:
         "(likewise sun.intensity, sky.radiance)",
         "lamp.ior: must be between 0 and 1e+06, not 1e+39; 1e+06 was taken",
         "paint.base_color: must be between 0 and 1, not 2; 1 was taken (likewise paint.metallic, paint.roughness)",
+    )
+
+
+def test_textures_lie_where_numbers_reach() -> None:
+    slot = TextureSlot(0, transform=(1e300, 0.0, nan, 0.0, 1.0, -1e7))
+    found = computable(SceneParts((), [Material("m", normal_slot=slot, normal_scale=-1e300)]))
+    (material,) = found.materials
+    assert material.normal_slot == TextureSlot(0, transform=(1e6, 0.0, 0.0, 0.0, 1.0, -1e6))
+    assert material.normal_scale == -1e6
+    assert found.notes == (
+        "m.normal_scale: must be between -1e+06 and 1e+06, not -1e+300; -1e+06 was taken "
+        "(likewise m.normal_slot.transform)",
     )
 
 
