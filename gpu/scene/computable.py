@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gpu.scene.remarks import Remarks
-from gpu.scene.scene_parts import SceneParts
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Camera, Light, Material, Rgb, Sky, TextureSlot
 from gpu.scene.validate import slots
 
@@ -41,9 +41,21 @@ def computable(found: SceneParts) -> SceneParts:
     lights = [_light(one, remarks) for one in found.lights]
     sky = None if found.sky is None else Sky(_light_of(found.sky.radiance, "sky.radiance", remarks))
     cameras = [one for one in found.cameras if _sees(one, remarks)]
+    meshes = [_part(one, remarks) for one in found.meshes]
     said = remarks.sentences()
-    notes = (*found.notes, *said)
-    return replace(found, materials=materials, lights=lights, sky=sky, cameras=cameras, notes=notes) if said else found
+    if not said:
+        return found
+    made = replace(found, meshes=meshes, materials=materials, lights=lights, sky=sky, cameras=cameras)
+    return replace(made, notes=(*found.notes, *said))
+
+
+def _part(part: MeshPart, remarks: Remarks) -> MeshPart:
+    """One whose vertex colours are shares; those that are no number stay, which its reader leaves in none."""
+    colors = part.colors
+    if colors is None or not (colors.min(initial=0.0) < 0.0 or colors.max(initial=1.0) > 1.0):
+        return part
+    remarks.add("has colours outside 0 to 1, which were clamped", part.name)
+    return replace(part, colors=np.clip(colors, 0.0, 1.0).astype(np.float64))
 
 
 def _material(material: Material, remarks: Remarks) -> Material:

@@ -1,9 +1,10 @@
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
 
 from gpu.scene.computable import computable
-from gpu.scene.scene_parts import SceneParts
+from gpu.scene.scene_parts import MeshPart, SceneParts
 from gpu.scene.types import Camera, Light, LightKind, Material, Sky, TextureSlot
 
 
@@ -38,6 +39,16 @@ def test_textures_lie_where_numbers_reach() -> None:
         "m.normal_scale: must be between -1e+06 and 1e+06, not -1e+300; -1e+06 was taken "
         "(likewise m.normal_slot.transform)",
     )
+
+
+def test_colours_of_vertices_are_shares() -> None:
+    colors = np.array([[7.0, -1.0, 0.5, 1.0], [1.0, inf, 0.0, 1.0]])
+    plain = MeshPart(np.zeros((2, 3)), np.zeros((0, 3), np.int32), colors=np.ones((2, 4)))
+    found = computable(SceneParts([replace(plain, colors=colors, name="wall"), plain], ()))
+    assert found.meshes[0].colors is not None
+    assert found.meshes[0].colors.tolist() == [[1.0, 0.0, 0.5, 1.0], [1.0, 1.0, 0.0, 1.0]]
+    assert found.meshes[1] is plain
+    assert found.notes == ("wall: has colours outside 0 to 1, which were clamped",)
 
 
 def test_factors_within_their_range_stay_as_they_are() -> None:
