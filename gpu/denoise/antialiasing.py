@@ -20,6 +20,7 @@ from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES, find_sample_mean
+from gpu.core.stencil import nearest_beside
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap
 from gpu.device_scene.bsdf import BSDF_PARAMETERS
 from gpu.device_scene.data import NO_HIT
@@ -83,14 +84,6 @@ def new_pictures(pixels: int, device: wp.Device) -> PictureData:
 
 
 @wp.func
-def pixel_beside(pixel: int, number: int, image: ImageSize) -> int:
-    """Pixel `number`, 0 … 8, of the 3×3 about one; at the image's border the nearest there is."""
-    x = wp.clamp(pixel % image.width + number % 3 - 1, 0, image.width - 1)
-    y = wp.clamp(pixel // image.width + number // 3 - 1, 0, image.height - 1)
-    return y * image.width + x
-
-
-@wp.func
 def pixels_between(pixel: int, other: int, image: ImageSize) -> wp.vec2:
     """How far another pixel is to the right of one and below it [pixels]."""
     right = other % image.width - pixel % image.width
@@ -114,7 +107,7 @@ def depth_extrema(gbuffer: GBuffer, pixel: int, image: ImageSize) -> DepthExtrem
     least = float(FAR_AWAY)
     most = float(0.0)
     for number in range(9):
-        other = pixel_beside(pixel, number, image)
+        other = nearest_beside(pixel, number, image)
         depth = wp.where(gbuffer.face[other] == NO_HIT, float(FAR_AWAY), gbuffer.spacing[other])
         if depth < least:
             least = depth
@@ -221,7 +214,7 @@ def neighbourhood(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> N
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = wp.vec3(0.0, 0.0, 0.0)
     for number in range(9):
-        colour = picture[pixel_beside(pixel, number, image)]
+        colour = picture[nearest_beside(pixel, number, image)]
         around.least = wp.min(around.least, brightness(colour))
         around.most = wp.max(around.most, brightness(colour))
         around.lower = wp.min(around.lower, colour)

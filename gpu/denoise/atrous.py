@@ -13,6 +13,7 @@ from gpu.core.color import brightness
 from gpu.core.device import duplicate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
+from gpu.core.stencil import binomial_weight, pixel_beside
 from gpu.denoise.lost_light import pair_weight, restore
 from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.device_scene.data import NO_HIT
@@ -57,16 +58,12 @@ def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane
     deviation[pixel] = 0.0
     if gbuffer.face[pixel] == NO_HIT:
         return
-    column = pixel % image.width
-    row = pixel // image.width
     total = float(0.0)
     mean = float(0.0)
     square = float(0.0)
-    for neighbour in range(9):
-        x = column + neighbour % 3 - 1
-        y = row + neighbour // 3 - 1
-        if x >= 0 and x < image.width and y >= 0 and y < image.height:
-            other = y * image.width + x
+    for number in range(9):
+        other = pixel_beside(pixel, number, 1, image)
+        if other >= 0:
             weight = edge_stopping_weight(gbuffer, pixel, other, 1, plane_tolerance)
             weight *= gloss_weight(gbuffer, pixel, other)
             value = brightness(light[other])
@@ -89,20 +86,14 @@ def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: i
     out[pixel] = light[pixel]
     if gbuffer.face[pixel] == NO_HIT or deviation[pixel] == 0.0:
         return
-    column = pixel % image.width
-    row = pixel // image.width
     own = brightness(light[pixel])
     tolerance = chosen.light_tolerance * deviation[pixel]
     total = float(4.0)
     mixed = light[pixel] * 4.0
-    for neighbour in range(9):
-        dx = neighbour % 3 - 1
-        dy = neighbour // 3 - 1
-        x = column + dx * step
-        y = row + dy * step
-        if neighbour != 4 and x >= 0 and x < image.width and y >= 0 and y < image.height:
-            other = y * image.width + x
-            share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
+    for number in range(9):
+        other = pixel_beside(pixel, number, step, image)
+        if other >= 0 and other != pixel:
+            share = binomial_weight(number)
             weight = share * edge_stopping_weight(gbuffer, pixel, other, step, chosen.plane_tolerance)
             weight *= gloss_weight(gbuffer, pixel, other)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
@@ -122,21 +113,15 @@ def spread_kernel(first: int, gbuffer: GBuffer, image: ImageSize, listed: wp.arr
     out[pixel] = light[pixel]
     if listed[pixel] == 0:
         return
-    column = pixel % image.width
-    row = pixel // image.width
     spread = light[pixel]
-    for neighbour in range(9):
-        dx = neighbour % 3 - 1
-        dy = neighbour // 3 - 1
-        x = column + dx * step
-        y = row + dy * step
-        if x >= 0 and x < image.width and y >= 0 and y < image.height:
-            other = y * image.width + x
+    for number in range(9):
+        other = pixel_beside(pixel, number, step, image)
+        if other >= 0:
             more = light[other] - light[pixel]
             # Of most pixels there is nothing to spread.
             if listed[other] == 1 and wp.length_sq(more) > 0.0:
                 weight = pair_weight(gbuffer, pixel, other, step, plane_tolerance)
-                spread += more * (weight * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0)
+                spread += more * (weight * binomial_weight(number) / 16.0)
     out[pixel] = spread
 
 
@@ -172,31 +157,24 @@ def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
         return
     pixel = points.pixels[sp]
     width = sparse.image.width
-    height = sparse.image.height
     stride = sparse.stride
     even = stride == 1 or is_anchor_only(sparse.listed, pixel, sparse.image)
     reach = wp.where(even, chosen.max_step, chosen.max_step_on_detail)
     if step * step * (guide.frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
-    x = pixel % width
-    y = pixel // width
+    anchor = (pixel // width // stride * width + pixel % width // stride) * stride
+    centre = wp.where(step > 0, anchor, pixel)
+    away = wp.max(step * stride, 1)
     own = brightness(guide.light[pixel])
     total = float(4.0)
     mixed = light[pixel] * 4.0
-    for neighbour in range(9):
-        dx = neighbour % 3 - 1
-        dy = neighbour // 3 - 1
-        column = x + dx
-        row = y + dy
-        if step > 0:
-            column = (x // stride + dx * step) * stride
-            row = (y // stride + dy * step) * stride
-        if column >= 0 and column < width and row >= 0 and row < height:
-            other = row * width + column
-            if other != pixel and (step > 0 or sparse.listed[other] == 1):
-                share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-                away = wp.max(step * stride, 1)
+    for number in range(9):
+        other = pixel_beside(centre, number, away, sparse.image)
+        if other >= 0 and other != pixel:
+            has_light = step > 0 or sparse.listed[other] == 1
+            if has_light:
+                share = binomial_weight(number)
                 weight = share * edge_stopping_weight(gbuffer, pixel, other, away, chosen.plane_tolerance)
                 weight *= luminance_weight(own, brightness(guide.light[other]), chosen.guide_tolerance)
                 weight *= wp.min(float(guide.frames[other] + 1) / float(guide.frames[pixel] + 1), 1.0)

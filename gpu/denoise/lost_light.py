@@ -9,6 +9,7 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize
+from gpu.core.stencil import binomial_weight, pixel_beside
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.edge_stopping import edge_stopping_weight, gloss_weight
 from gpu.gbuffer.gbuffer import GBuffer
@@ -47,17 +48,11 @@ def restore_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, pl
     spread = lost[pixel]
     shared = float(0.0)
     if gbuffer.face[pixel] != NO_HIT:
-        column = pixel % image.width
-        row = pixel // image.width
-        for neighbour in range(9):
-            dx = neighbour % 3 - 1
-            dy = neighbour // 3 - 1
-            x = column + dx * step
-            y = row + dy * step
-            if neighbour != 4 and x >= 0 and x < image.width and y >= 0 and y < image.height:
-                other = y * image.width + x
+        for number in range(9):
+            other = pixel_beside(pixel, number, step, image)
+            if other >= 0 and other != pixel:
                 weight = pair_weight(gbuffer, pixel, other, step, plane_tolerance)
-                weight *= gloss_weight(gbuffer, pixel, other) * float((2 - wp.abs(dx)) * (2 - wp.abs(dy))) / 16.0
+                weight *= gloss_weight(gbuffer, pixel, other) * binomial_weight(number) / 16.0
                 shared += weight
                 spread += (lost[other] - lost[pixel]) * weight
     if light.shape[0] > 0:

@@ -15,6 +15,7 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.image_size import ImageSize
+from gpu.core.stencil import nearest_beside
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
@@ -110,12 +111,8 @@ def is_shaded(gbuffer: GBuffer, pixel: int, image: ImageSize, sparse: SparseShad
 @wp.func
 def is_anchor_only(listed: wp.array[int], pixel: int, image: ImageSize) -> bool:
     """Whether none of the eight pixels around an SP's pixel has an SP. listed (pixel,): 1 for pixels that have one."""
-    column = pixel % image.width
-    row = pixel // image.width
-    for neighbour in range(9):
-        x = wp.clamp(column + neighbour % 3 - 1, 0, image.width - 1)
-        y = wp.clamp(row + neighbour // 3 - 1, 0, image.height - 1)
-        other = y * image.width + x
+    for number in range(9):
+        other = nearest_beside(pixel, number, image)
         if other != pixel and listed[other] == 1:
             return False
     return True

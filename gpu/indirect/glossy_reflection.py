@@ -11,6 +11,7 @@ from gpu.core.color import brightness
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
+from gpu.core.stencil import binomial_weight, pixel_beside
 from gpu.device_scene.bsdf import sample_lobe, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_below, even_diffuse
@@ -140,16 +141,11 @@ def bound_fireflies_kernel(first: int, image: ImageSize, chosen: GlossParameters
     out[pixel] = light[pixel]
     if reach[pixel] == 0.0:
         return
-    x = pixel % image.width
-    y = pixel // image.width
     most = float(0.0)
-    for neighbour in range(9):
-        column = x + neighbour % 3 - 1
-        row = y + neighbour // 3 - 1
-        if neighbour != 4 and column >= 0 and column < image.width and row >= 0 and row < image.height:
-            other = row * image.width + column
-            if reach[other] > 0.0:
-                most = wp.max(most, brightness(light[other]))
+    for number in range(9):
+        other = pixel_beside(pixel, number, 1, image)
+        if other >= 0 and other != pixel:
+            most = wp.max(most, wp.where(reach[other] > 0.0, brightness(light[other]), 0.0))
     most *= chosen.most_of_brightest
     own = brightness(light[pixel])
     if most > 0.0 and own > most:
@@ -164,22 +160,17 @@ def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int
     out[pixel] = light[pixel]
     if reach[pixel] == 0.0:
         return
-    x = pixel % image.width
-    y = pixel // image.width
     away = gbuffer.spacing[pixel] * float(step)
     total = float(4.0)
     mixed = light[pixel] * 4.0
-    for neighbour in range(9):
-        dx = neighbour % 3 - 1
-        dy = neighbour // 3 - 1
-        column = x + dx * step
-        row = y + dy * step
-        if neighbour != 4 and column >= 0 and column < image.width and row >= 0 and row < image.height:
-            other = row * image.width + column
-            if reach[other] > 0.0:
-                share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
+    for number in range(9):
+        other = pixel_beside(pixel, number, step, image)
+        if other >= 0 and other != pixel:
+            there = reach[other]
+            if there > 0.0:
+                share = binomial_weight(number)
                 # Of both lobes, so that what one takes of another it gives back.
-                alike = wp.clamp(2.0 - 2.0 * away / (reach[pixel] + reach[other]), 0.0, 1.0)
+                alike = wp.clamp(2.0 - 2.0 * away / (reach[pixel] + there), 0.0, 1.0)
                 rougher = (gbuffer.roughness[other] - gbuffer.roughness[pixel]) / chosen.roughness_tolerance
                 weight = share * alike * wp.exp(-rougher * rougher)
                 if weight > 0.0:
