@@ -14,7 +14,7 @@ from gpu.core.kernel_loading import (
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene, load_scene_kernels
 from gpu.film.accumulation import Accumulation
-from gpu.methods.passes import STILL_VIEW_PARAMETERS
+from gpu.methods.frame_kind import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 

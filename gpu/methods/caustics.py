@@ -18,8 +18,8 @@ from gpu.indirect.caustics import CausticGather
 from gpu.lights.caustic_casters import CausticCasters, caustic_casters
 from gpu.lights.caustic_map import CausticLight, CausticMap
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import FrameKind, frame_seed
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import FrameKind, frame_seed
 from gpu.methods.view_state import ViewState
 from gpu.settings import Component
 

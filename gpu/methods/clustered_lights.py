@@ -9,10 +9,10 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import FrameKind
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import FrameKind
 from gpu.vpl.vpl_clusters import VplClusters
 
 

@@ -11,8 +11,9 @@ from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
 from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import frame_kind
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, make_lights, traces_lobes
+from gpu.methods.passes import Passes, keeps_lights, light_set_choice, make_lights, traces_lobes
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered

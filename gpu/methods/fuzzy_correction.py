@@ -18,8 +18,8 @@ from gpu.indirect.clustered_light import ClusteredLight, clustered_light
 from gpu.indirect.irradiance import Indirect
 from gpu.lights.light_table import LightTable
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import FrameKind
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
-from gpu.methods.passes import FrameKind
 from gpu.vpl.bound_area import BoundAreas
 from gpu.vpl.vpl_clusters import VplClusters
 from gpu.vpl.vpl_lobes import VplLobes

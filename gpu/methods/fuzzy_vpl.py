@@ -11,20 +11,13 @@ from gpu.gbuffer.sparse_shading import stride_of
 from gpu.methods.caustics import caustics_of
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import STILL_VIEW_PARAMETERS, FrameKind, frame_kind, frame_seed, leaves_history
 from gpu.methods.fuzzy_correction import Convergence
 from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import (
-    STILL_VIEW_PARAMETERS,
-    FrameKind,
-    Passes,
-    frame_kind,
-    frame_seed,
-    leaves_history,
-    traces_lobes,
-)
+from gpu.methods.passes import Passes, traces_lobes
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings, Weighting
 from gpu.sp.sp_clustering import SpClustering

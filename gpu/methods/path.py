@@ -3,8 +3,8 @@
 from gpu.core.parameters import parameters
 from gpu.core.stages import Stages
 from gpu.direct.path_tracing import PathSamples, trace_paths
+from gpu.methods.frame_kind import frame_seed
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import frame_seed
 from gpu.methods.view_state import ViewState
 from gpu.settings import Component
 

@@ -25,9 +25,10 @@ from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import FrameKind, frame_kind
 from gpu.methods.gather_view_state import GatherViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import FrameKind, Passes, frame_kind
+from gpu.methods.passes import Passes
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Component
 from gpu.sp.shading_clusters import ShadingClustering

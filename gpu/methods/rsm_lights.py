@@ -13,10 +13,10 @@ from gpu.lights.light_paths import allocate_vpls
 from gpu.lights.reflective_shadow_map import ShadowMaps, make_shadow_maps, trace_shadow_maps
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.frame_kind import FrameKind, frame_seed
 from gpu.methods.fuzzy_correction import FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import FrameKind, frame_seed
 from gpu.settings import Component, LightShape, RenderSettings
 from gpu.vpl.bidirectional_importance import BidirectionalImportance
 from gpu.vpl.build import no_clusters

@@ -15,7 +15,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import direct_light_kernel
 from gpu.film.accumulation import Accumulation
 from gpu.lights.light_paths import light_path_kernel
-from gpu.methods.passes import STILL_VIEW_PARAMETERS
+from gpu.methods.frame_kind import STILL_VIEW_PARAMETERS
 from gpu.renderer import Renderer
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Environment, Sky

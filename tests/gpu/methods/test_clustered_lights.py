@@ -1,9 +1,9 @@
 import pytest
 from pictures import QUALITY, SIZE, lamp_room
 
+from gpu.methods.frame_kind import frame_kind
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import frame_kind
 from gpu.sample_counts import sample_counts_of
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import LightSets

@@ -10,8 +10,8 @@ from walking import SIZE, furnished, pose
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
+from gpu.methods.frame_kind import StillViewParameters
 from gpu.methods.fuzzy_lights import frames_a_set
-from gpu.methods.passes import StillViewParameters
 from gpu.renderer import Renderer
 from gpu.sample_counts import ON_CUDA
 from gpu.scene.camera import look_at

@@ -12,7 +12,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.gbuffer import sparse_shading as interpolate
-from gpu.methods.passes import StillViewParameters
+from gpu.methods.frame_kind import StillViewParameters
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Sky
