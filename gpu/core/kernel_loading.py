@@ -102,13 +102,7 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
     """Take these kernels from Warp's cache, or compile them, for blocks of so many threads: first those of most code,
     at which a compiler is longest. Others may have the device until they are compiled.
     """
-    sizes: dict[Any, int] = {}
-
-    def work(kernel: wp.Kernel) -> int:
-        """A measure of what a compiler has to do; to find it takes longer than to load what needs none."""
-        return 0 if is_compiled(kernel, device, block) else _inlined_size(kernel, sizes)
-
-    ordered = sorted(kernels, key=work, reverse=True)
+    ordered = _by_work(kernels, device, block)
     modules = list(dict.fromkeys(kernel.module for kernel in ordered))
     if DEVICE_SHARING.active:
         missing = dict.fromkeys(kernel.module for kernel in ordered if not is_compiled(kernel, device, block))
@@ -119,6 +113,17 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
     if modules:
         with _loading:
             wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
+
+
+def _by_work(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> list[wp.Kernel]:
+    """Those first that a compiler is at longest."""
+    sizes: dict[Any, int] = {}
+
+    def work(kernel: wp.Kernel) -> int:
+        """A measure of what a compiler has to do; to find it takes longer than to load what needs none."""
+        return 0 if is_compiled(kernel, device, block) else _inlined_size(kernel, sizes)
+
+    return sorted(kernels, key=work, reverse=True)
 
 
 def _inlined_size(code: wp.Kernel | wp.Function, sizes: dict[Any, int]) -> int:
@@ -153,14 +158,14 @@ class LateKernels:
     def __init__(
         self, kernels: Iterable[wp.Kernel], device: wp.Device, block: int, after: float = LATE_SECONDS
     ) -> None:
-        """after: seconds that others are left for a first picture."""
-        self._modules = list(dict.fromkeys(kernel.module for kernel in kernels))
+        """after: seconds that others are left for a first picture, and half of the cores from then on."""
+        self._modules = list(dict.fromkeys(kernel.module for kernel in _by_work(kernels, device, block)))
         self._device, self._block = device, block
-        begins = monotonic() + after
+        begins, builders = monotonic() + after, _late_builders if after > 0.0 else _builders
         for module in self._modules:
             build = module, device.alias
             if build not in _builds:
-                _builds[build] = _late_builders.submit(partial(_compile_from, begins, module, device, block))
+                _builds[build] = builders.submit(partial(_compile_from, begins, module, device, block))
         self._futures = [_builds[module, device.alias] for module in self._modules]
 
     @property

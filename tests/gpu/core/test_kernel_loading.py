@@ -94,6 +94,11 @@ def test_what_has_most_code_with_all_it_calls_is_compiled_first(monkeypatch: pyt
     monkeypatch.setattr(wp, "force_load", lambda _, modules, **__: asked.extend(modules))
     load_kernels([itself_kernel, caller_kernel], wp.get_device(cpu), 1)
     assert asked == [caller_kernel.module, itself_kernel.module]
+    with ThreadPoolExecutor(1) as one:
+        monkeypatch.setattr(kernel_loading, "_compile", lambda module, *_: asked.append(module))
+        monkeypatch.setattr(kernel_loading, "_builders", one)
+        LateKernels([itself_kernel, caller_kernel], wp.get_device(cpu), 1, after=0.0)
+    assert asked[2:] == asked[:2]
 
 
 def test_what_needs_no_compiler_is_not_measured(monkeypatch: pytest.MonkeyPatch, cpu: str) -> None:
