@@ -1,68 +1,45 @@
 """Scenes that clients bring: taken in piece by piece, checked in a child process, kept in a folder of their own each.
 
 A client's name for a file becomes an id, never a path: each upload has a folder named by the server, and what its
-scene refers to is looked for in there only. Beside that folder lies its record, so that a kept folder is found again.
+scene refers to is looked for in there only (server.scenes.upload_records).
 """
 
 import asyncio
 import logging
 import os
-import re
 import secrets
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from time import monotonic, time_ns
 from unicodedata import normalize
 from weakref import WeakValueDictionary
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from gpu.errors import SceneError, UserError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from server.folders import TemporaryFolder, hold
 from server.places import asker
-from server.plain_files import read_plain
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.archives import UnpackedError
 from server.scenes.checked import Checked
 from server.scenes.checker import Checker
+from server.scenes.upload_records import UNFINISHED, Upload, keep_upload, kept_uploads, record_of, size_of
 from server.settings import ServerSettings
 
 PREFIX = "uploads/"
 ARCHIVE = ".zip"
 EXPORT = "/export.glb"  # below a scene's address is the file that it is downloaded as: no id ends so
-RECORD, UNFINISHED = ".upload.json", ".upload-"
 MAX_AT_ONCE = 16
 CHUNK_BYTES = 2**20
 STALL_SECONDS = 30.0
 MIN_RATE = 32_768  # bytes a second from then on: a place that drips is kept from others
 USUAL_RATIO = 4  # of unpacked to packed bytes, that few archives exceed
 MAX_STEM = 64
-MAX_RECORD_BYTES = 2**22  # far more than what a scene may say of itself
-MAX_RECORDS = 20_000  # that are looked at: twice as many as uploads can be kept
-_FOLDER = r"\d{20}"  # of an upload: the time that it came, so that names sort by age
 log = logging.getLogger("lumenwalk.uploads")
 
 Claim = Callable[[int], Awaitable[None]]  # of more bytes, before they are written
-
-
-class Upload(BaseModel):
-    """A scene that was uploaded and is sound. folder: its own, by name; bytes: what that holds."""
-
-    model_config = ConfigDict(frozen=True)
-
-    id: str = Field(pattern=r"^uploads/[^/\x00]+$", max_length=300)
-    folder: str = Field(pattern=f"^{_FOLDER}$")
-    bytes: int = Field(ge=0)
-    checked: Checked
-
-    @property
-    def options(self) -> ImportOptions:
-        """How it is read unless told otherwise."""
-        return self.checked.info.options
 
 
 class Uploads:
@@ -88,7 +65,7 @@ class Uploads:
                 self._lock = hold(settings.uploads_dir)
                 if self._lock is None:
                     raise UserError(f"{settings.uploads_dir}: another service keeps its uploads there; choose another")
-                self._uploads = {upload.id: upload for upload in _kept(settings.uploads_dir.resolve())}
+                self._uploads = {upload.id: upload for upload in kept_uploads(settings.uploads_dir.resolve())}
             except OSError as error:
                 problem = f"cannot keep uploads there: {error.strerror or error}"
                 raise UserError(f"{settings.uploads_dir}: {problem}") from None
@@ -176,7 +153,7 @@ class Uploads:
         if upload is None:
             raise UnknownSceneError(f"scene: there is no upload {scene_id!r}; /api/v1/scenes lists what there is")
         log.info("upload deleted: %s", why, extra={"scene": scene_id, "bytes": upload.bytes, "address": asker.get()})
-        (self._folder / f"{upload.folder}{RECORD}").unlink(missing_ok=True)
+        record_of(self._folder, upload).unlink(missing_ok=True)
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
     async def _receive(self, file: Path, body: AsyncIterator[bytes], claim: Claim) -> None:
@@ -226,7 +203,7 @@ class Uploads:
                 raise UnpackedError(name, error.size, self._max_total_bytes - archive) from None
             await self._claim(work, error.size, in_use)
             return await self._checker.check(str(file), name, str(work / "scene"), options, error.size)
-        self._claims[work] += await asyncio.to_thread(_size, work / "scene") - most
+        self._claims[work] += await asyncio.to_thread(size_of, work / "scene") - most
         return checked
 
     async def _keep(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
@@ -236,7 +213,7 @@ class Uploads:
     async def _keep_alone(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
         folder = work / "scene"
         scene = PurePosixPath(Path(checked.source).relative_to(folder))
-        size = await asyncio.to_thread(_size, folder)
+        size = await asyncio.to_thread(size_of, folder)
         await self._make_room(0, in_use, places=1)
         id_ = self._free_id(stem, scene.suffix.lower())
         upload = Upload(
@@ -247,13 +224,7 @@ class Uploads:
                 update={"source": str(scene), "info": checked.info.model_copy(update={"id": id_, "name": stem})}
             ),
         )
-        record = self._folder / f"{upload.folder}{RECORD}"
-        try:  # a record without a folder is nothing, a folder without a record goes at the next start
-            record.write_text(upload.model_dump_json())
-            folder.rename(self._folder / upload.folder)
-        except OSError:
-            record.unlink(missing_ok=True)
-            raise
+        keep_upload(self._folder, upload, folder)
         self._claims[work] -= size
         self._uploads[id_] = upload
         self.kept += 1
@@ -295,47 +266,6 @@ class Uploads:
 
     def _too_large(self) -> TooLargeError:
         return TooLargeError(f"the file is larger than the {self._max_bytes} bytes that this server takes")
-
-
-def _size(folder: Path) -> int:
-    """Of all files in a folder [bytes]."""
-    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-
-
-def _kept(folder: Path) -> list[Upload]:
-    """What earlier services left in a folder, the oldest first; what they did not finish is deleted."""
-    for left in folder.glob(f"{UNFINISHED}*"):
-        shutil.rmtree(left, ignore_errors=True)
-    names = sorted(path.name for path in folder.iterdir())
-    records = {name for name in names if name.endswith(RECORD)}
-    for name in names:
-        if re.fullmatch(_FOLDER, name) and f"{name}{RECORD}" not in records:
-            shutil.rmtree(folder / name, ignore_errors=True)
-    return list(_recorded(folder, sorted(records)[:MAX_RECORDS]))
-
-
-def _recorded(folder: Path, names: list[str]) -> Iterator[Upload]:
-    """The uploads of the records of these names; each is judged alone, and what is wrong with one is logged."""
-    known = set[str]()
-    for name in names:
-        record = folder / name
-        try:
-            upload = Upload.model_validate_json(read_plain(record, MAX_RECORD_BYTES))
-            if name != f"{upload.folder}{RECORD}" or upload.id in known:
-                raise ValueError("of another upload")
-            home = folder / upload.folder
-            if not home.exists():
-                record.unlink(missing_ok=True)
-                continue
-            scene = (home / upload.checked.source).resolve()
-            if not (scene.is_file() and scene.is_relative_to(home)):
-                raise ValueError("of a file that is not in its folder")
-        except (OSError, ValueError, RuntimeError) as error:
-            why = "not valid" if isinstance(error, ValidationError) else getattr(error, "strerror", None) or error
-            log.warning("%r is not the record of an upload and is left alone: %s", str(record), why)
-            continue
-        known.add(upload.id)
-        yield upload.model_copy(update={"bytes": _size(home)})  # whatever the record says, by which others make room
 
 
 def clean_name(name: str) -> tuple[str, str]:

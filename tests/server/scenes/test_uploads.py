@@ -24,6 +24,7 @@ from server.places import asker
 from server.refusals import NoRoomError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes import uploads as module
 from server.scenes.checker import CHECK, Checker
+from server.scenes.upload_records import Upload
 from server.scenes.uploads import ARCHIVE, Uploads, clean_name
 from server.settings import ServerSettings
 
@@ -52,7 +53,7 @@ def make(tmp_path: Path) -> Iterator[Make]:
 
 def add(
     uploads: Uploads, name: str = "a.glb", content: bytes = b"content", used: frozenset[str] = frozenset()
-) -> module.Upload:
+) -> Upload:
     """Upload a file in two pieces."""
 
     async def body() -> AsyncIterator[bytes]:
@@ -263,87 +264,6 @@ def test_a_folder_has_one_service(make: Make, tmp_path: Path) -> None:
     Uploads(chosen, Checker(chosen, ANY_CHECK)).close()
 
 
-def _folder(path: Path) -> None:
-    path.mkdir()
-
-
-def _pipe(path: Path) -> None:
-    os.mkfifo(path)
-
-
-def _link(path: Path) -> None:
-    path.symlink_to("/nonexistent")
-
-
-def _huge(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(module.MAX_RECORD_BYTES + 1)
-
-
-@pytest.mark.parametrize("kind", [_folder, _pipe, _link, _huge])
-def test_what_is_called_as_records_are_and_is_none_is_left_alone(
-    make: Make, tmp_path: Path, kind: Callable[[Path], None], caplog: pytest.LogCaptureFixture
-) -> None:
-    upload = add(make())
-    odd = tmp_path / "uploads" / "00000000000000000007.upload.json"
-    kind(odd)
-    assert make().all == {upload.id: upload}
-    assert odd.is_symlink() or odd.exists()
-    assert "is not the record of an upload" in caplog.text
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"folder": "../victim"},
-        {"folder": "/etc"},
-        {"folder": "a\0b"},
-        {"folder": "00000000000000000001"},
-        {"id": "cornell-box"},
-        {"id": "uploads/../x.glb"},
-        {"bytes": -1},
-        {"source": "../../victim/a.glb"},
-        {"source": "{victim}"},
-        {"source": "link.glb"},
-        {"source": "a\0.glb"},
-    ],
-)
-def test_a_record_reaches_nothing_outside_its_folder(make: Make, tmp_path: Path, change: dict[str, Any]) -> None:
-    victim = tmp_path / "victim" / "a.glb"
-    victim.parent.mkdir()
-    victim.write_text("kept")
-    upload = add(make())
-    home = tmp_path / "uploads" / upload.folder
-    (home / "link.glb").symlink_to(victim)
-    record = home.with_name(f"{upload.folder}.upload.json")
-    told = json.loads(record.read_text())
-    if "source" in change:
-        told["checked"]["source"] = change["source"].replace("{victim}", str(victim))
-    else:
-        told |= change
-    record.write_text(json.dumps(told))
-    assert make().all == {}
-    assert victim.read_text() == "kept"
-    assert home.exists()
-
-
-def test_of_two_records_of_one_id_the_first_counts(make: Make, tmp_path: Path) -> None:
-    upload = add(make())
-    home = tmp_path / "uploads" / upload.folder
-    (home.with_name("9" * 20)).mkdir()
-    told = json.loads(home.with_name(f"{upload.folder}.upload.json").read_text())
-    home.with_name(f"{'9' * 20}.upload.json").write_text(json.dumps(told | {"folder": "9" * 20}))
-    (home.with_name("9" * 20) / told["checked"]["source"]).write_text("")
-    assert make().all == {upload.id: upload}
-
-
-def test_what_an_interrupted_deletion_left_goes_at_the_next_start(make: Make, tmp_path: Path) -> None:
-    upload = add(make())
-    (tmp_path / "uploads" / f"{upload.folder}.upload.json").unlink()
-    make()
-    assert files(tmp_path) == []
-
-
 class Rising:
     """A body that comes in pieces and looks at what lies in the folder meanwhile."""
 
@@ -362,12 +282,12 @@ def test_the_limit_of_all_holds_while_files_come(make: Make, tmp_path: Path) -> 
     uploads = make(max_uploads_bytes=most)
     bodies = [Rising(tmp_path, bytes(3 * module.CHUNK_BYTES)) for _ in range(4)]
 
-    async def crowd() -> list[module.Upload | BaseException]:
+    async def crowd() -> list[Upload | BaseException]:
         adding = (uploads.add(f"{n}.glb", None, aiter(body), lambda _: False) for n, body in enumerate(bodies))
         return await asyncio.gather(*adding, return_exceptions=True)
 
     results = asyncio.run(crowd())
-    assert {type(result) for result in results} <= {module.Upload, NoRoomError}
+    assert {type(result) for result in results} <= {Upload, NoRoomError}
     assert 0 < max(body.most for body in bodies) <= most
     assert uploads._claims == {}
     assert add(uploads, "z.glb", bytes(most)).bytes == most
