@@ -315,9 +315,10 @@ async function saveScene(address, edits) {
 /**
  * A scene is there: the view that a link asks for, else its first camera, unless the viewer stands in it already: after a
  * reconnection, or in the same file read otherwise, where it stays at the same place of the file.
- * @param {SceneInfo} entered
+ * @param {SceneInfo} entered @param {boolean} changed  its file has become another one
  */
-function enter(entered) {
+function enter(entered, changed) {
+  if (changed) notice.say("The scene's file has changed");
   const stays = scene?.id === entered.id && scene.frame.up === entered.frame.up;
   const asked = address.takeView(entered.id);
   const view = asked ?? (stays ? here() : undefined);

@@ -14,7 +14,8 @@ import { IMAGE_CODECS, parseFrame, PROTOCOL } from "./protocol.js";
  * @typedef {object} SessionEvents
  * @property {(state: import("./connection.js").ConnectionState) => void} connection
  * @property {(welcome: import("./protocol.js").Welcome) => void} welcome
- * @property {(scene: SceneInfo) => void} scene  before its first pose
+ * @property {(scene: SceneInfo, changed: boolean) => void} scene  before its first pose; changed: nobody asked for it, its
+ *   file has become another one
  * @property {(edits: import("./protocol.js").Edits) => void} edits  all that differs of the scene
  * @property {(status: import("./protocol.js").Status) => void} status
  * @property {(error: import("./protocol.js").ServerError) => void} error
@@ -166,12 +167,15 @@ export class Session {
       case "welcome":
         this.#connection.settled();
         return this.#events.welcome(message);
-      case "scene":
+      case "scene": {
+        const changed = this.scene !== null && this.scene !== this.#previous;
         this.scene = message;
+        this.#previous = null;
         this.#held = [];
         this.#wanted.scene = message.id;
         this.#wanted.scene_options = message.options;
-        return this.#events.scene(message);
+        return this.#events.scene(message, changed);
+      }
       case "edits":
         return this.#events.edits(message);
       case "status":

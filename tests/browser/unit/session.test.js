@@ -31,10 +31,14 @@ const hears = (message) => socket.dispatchEvent(Object.assign(new Event("message
 
 /** @type {Session} */
 let session;
+/** Whether the file of each scene that came had changed. @type {boolean[]} */
+let entered = [];
 
 beforeEach(() => {
   Object.assign(globalThis, { WebSocket: Socket, window: new EventTarget(), document: Object.assign(new EventTarget(), { hidden: false }) });
-  const events = new Proxy({}, { get: () => () => {} });
+  entered = [];
+  const scene = (/** @type {unknown} */ _, /** @type {boolean} */ changed) => entered.push(changed);
+  const events = new Proxy({ scene }, { get: (known, name) => (name === "scene" ? known.scene : () => {}) });
   session = new Session(new URL("http://localhost/api/v1/"), /** @type {any} */ ({ size: [64, 36], stream: {} }), /** @type {any} */ (events), false);
   session.connect();
   socket.dispatchEvent(new Event("open"));
@@ -60,4 +64,15 @@ test("edits that are made while another scene is read are not of that", () => {
   session.change({ scene: "gone" });
   hears({ type: "error", code: "unknown-scene", message: "there is no such scene" });
   assert.deepEqual(said.map(({ type }) => type), ["settings", "settings"]);
+});
+
+test("a scene that nobody asked for is one whose file has changed", () => {
+  hears({ type: "scene", id: "hall", options: {} });
+  session.change({ scene: "broken" });
+  hears({ type: "error", code: "scene-failed", message: "it is cut off" });
+  hears({ type: "scene", id: "hall", options: {} });
+  session.change({ scene: "house" });
+  hears({ type: "scene", id: "house", options: {} });
+  hears({ type: "scene", id: "house", options: {} });
+  assert.deepEqual(entered, [false, true, false, false, true]);
 });
