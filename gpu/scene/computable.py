@@ -39,7 +39,9 @@ def computable(found: SceneParts) -> SceneParts:
     remarks = Remarks()
     materials = [_material(one, remarks) for one in found.materials]
     lights = [_light(one, remarks) for one in found.lights]
-    sky = None if found.sky is None else Sky(_light_of(found.sky.radiance, "sky.radiance", remarks))
+    sky = found.sky
+    if isinstance(sky, Sky):
+        sky = Sky(_light_of(sky.radiance, "sky.radiance", remarks))
     cameras = [one for one in found.cameras if _sees(one, remarks)]
     meshes = [_part(one, remarks) for one in found.meshes]
     said = remarks.sentences()

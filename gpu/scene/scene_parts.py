@@ -12,7 +12,7 @@ from gpu.scene import validate
 from gpu.scene.animation.motion import Body, Motion
 from gpu.scene.import_options import Axis, ImportOptions
 from gpu.scene.limits import SceneLimits
-from gpu.scene.types import Camera, Doubles, Floats, Integers, Light, Material, Sky, Texture
+from gpu.scene.types import Camera, Doubles, Environment, Floats, Integers, Light, Material, Sky, Texture
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class SceneParts:
     textures: Sequence[Texture] = ()
     lights: Sequence[Light] = ()
     cameras: Sequence[Camera] = ()
-    sky: Sky | None = None
+    sky: Sky | Environment | None = None
     ignored: Sequence[str] = ()
     notes: Sequence[str] = ()
     up: Axis | None = None

@@ -16,7 +16,7 @@ from gpu.lights.light_table import LightTable
 from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
 from gpu.scene.scene_parts import MeshPart, SceneParts
-from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
+from gpu.scene.types import Camera, Doubles, Environment, Light, Material, Scene, Sky, Texture
 
 
 def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:
@@ -56,7 +56,7 @@ def scene_of(
     parts: Sequence[MeshPart],
     materials: Sequence[Material],
     lights: Sequence[Light] = (),
-    sky: Sky | None = None,
+    sky: Sky | Environment | None = None,
     textures: Sequence[Texture] = (),
 ) -> Scene:
     """The parts as a scene. Its unit space is the world where the parts fill [−½, ½]³ along one axis, centred."""
