@@ -19,7 +19,7 @@ from gpu.lights.light_table import LightTable, PowerCdf
 from gpu.lights.path_light import PathLight, by_reach, same_surfaces
 from gpu.vpl.light_reach import light_reach
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
-from gpu.vpl.seen_paths import SeenPathEnds, SeenPilot, walked
+from gpu.vpl.seen_paths import PathPlan, SeenPathEnds, SeenPilot, walked
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -43,7 +43,7 @@ class LightSets:
         self._sets: dict[LightSetChoice, LightSet] = {}
         # How many light paths there are, and what traces them as long as it has traced a set, of sets that differ by
         # their seed.
-        self._paths: dict[LightSetChoice, int] = {}
+        self._paths: dict[LightSetChoice, PathPlan] = {}
         self._views: dict[bool, SceneData] = {}  # by whether they are Lambertian
         self._pilots: dict[int, SeenPilot] = {}  # by bounces
         self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
@@ -130,11 +130,11 @@ class LightSets:
         choice, scene = light_set.choice, self._view(light_set.choice)
         light_set.version = light_set.path_version = -1
         progress("tracing virtual point lights", 0.0)
-        paths = self._paths_of(choice, scene)
-        if paths == 0:
+        plan = self._plan(choice, scene)
+        if plan.paths == 0:
             light_set.count = 0
         else:
-            maker, count = self._trace(light_set, scene, paths, run)
+            maker, count = self._trace(light_set, scene, plan, run)
             progress("clustering virtual point lights", 0.5)
             light_set.take(maker, count)
             run("vpl-clusters", lambda: light_set.make(scene))
@@ -148,39 +148,39 @@ class LightSets:
             self._views[choice.lambertian] = self._path_light.seen_by_paths(view)
         return self._views[choice.lambertian]
 
-    def _paths_of(self, choice: LightSetChoice, scene: SceneData) -> int:
+    def _plan(self, choice: LightSetChoice, scene: SceneData) -> PathPlan:
         same = replace(choice, seed=0)
         if same not in self._paths:
             features = self._device_scene.features(lambertian=choice.lambertian)
             if choice.bounces not in self._pilots:
                 self._pilots[choice.bounces] = SeenPilot(choice.bounces, self._walked)
             pilot = self._pilots[choice.bounces]
-            self._paths[same] = pilot.paths_for(choice.vpls, scene, self._path_light.table, features)
+            self._paths[same] = pilot.plan(choice.vpls, scene, self._path_light.table, features)
         return self._paths[same]
 
-    def _trace(self, light_set: LightSet, scene: SceneData, paths: int, run: RunPart) -> tuple[VplMaker, int]:
+    def _trace(self, light_set: LightSet, scene: SceneData, plan: PathPlan, run: RunPart) -> tuple[VplMaker, int]:
         """What has traced the light paths of a set, and how many VPLs they left."""
         choice, same = light_set.choice, replace(light_set.choice, seed=0)
         features = self._device_scene.features(lambertian=choice.lambertian)
         maker = self._makers.get(same)
-        if maker is None or maker.ends.room < paths or maker.ends.thins != self._pilots[choice.bounces].thins:
-            maker = self._makers[same] = self._maker(choice, paths, choice.vpls)
+        if maker is None or maker.ends.room < plan.paths or maker.ends.whole != plan.keeps_all:
+            maker = self._makers[same] = self._maker(choice, plan, choice.vpls)
         ends = maker.ends
         light_set.trace_by(maker)
-        ends.set_paths(paths)
+        ends.follow(plan)
         table = self._path_light.table
         run("light", lambda: ends.trace(scene, table, light_set.seed, features))
         count = ends.count()
         if count > maker.room:
-            maker = self._makers[same] = self._maker(choice, paths, count)
+            maker = self._makers[same] = self._maker(choice, plan, count)
             light_set.trace_by(maker)
-            maker.ends.set_paths(paths)
+            maker.ends.follow(plan)
             maker.ends.trace(scene, table, light_set.seed, features)
         return maker, count
 
-    def _maker(self, choice: LightSetChoice, paths: int, vpls: int) -> VplMaker:
-        thins = self._pilots[choice.bounces].thins
-        ends = SeenPathEnds(int(ROOM * paths) + 1, choice.bounces, self._walked, thins=thins)
+    def _maker(self, choice: LightSetChoice, plan: PathPlan, vpls: int) -> VplMaker:
+        room = int(ROOM * plan.paths) + 1
+        ends = SeenPathEnds(room, choice.bounces, self._walked, whole=plan.keeps_all)
         return VplMaker(choice, ends, int(ROOM * vpls) + 1)
 
     def clusters(self, choice: LightSetChoice, progress: Progress) -> VplClusters:

@@ -1,14 +1,18 @@
-"""Light paths of whose VPLs fewer are kept where little of what the cameras see is lit by them, so that more are where
-it is: of a room next door, whose light comes in by a door that is ajar, most would light nothing that is seen.
+"""More light paths than VPLs need, of which those are kept by chance that matter to what the cameras see: of a room
+next door, whose light comes in by a door that is ajar, most would light nothing that is seen, and light from a plain
+outside would come in by few paths that carry hundreds of times as much as others.
 
-By chance, and what is kept carries more, so that the light is right in the mean (I. Georgiev and P. Slusallek, Simple
+What is kept by a chance carries the more, so that the light is right in the mean (I. Georgiev and P. Slusallek, Simple
 and Robust Iterative Importance Sampling of Virtual Point Lights, 2010).
 """
 
 from dataclasses import dataclass
+from math import inf
 
+import numpy as np
 import warp as wp
 
+from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
@@ -18,6 +22,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import PILOT_PATHS, PathEnds, Vpls, paths_that_leave
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import hashed
+from gpu.scene.types import Doubles
 from gpu.vpl.camera_walks import WalkVertex, has_ended, walk_from_cameras
 
 
@@ -25,20 +30,25 @@ from gpu.vpl.camera_walks import WalkVertex, has_ended, walk_from_cameras
 @dataclass
 class SeenParameters:
     """rays: from each VPL to vertices of walks; together: so many neighbours share what these find, where a VPL's own
-    find no more; enough: who lights this share of the vertices is always kept; least: of VPLs that light none, this
-    share is kept, since other views may see what they light.
+    find no more; enough: the share of the vertices that matters as much as all of them; least: what a VPL that lights
+    none matters beside those, since other views may see what it lights; most: times as many paths as VPLs need are
+    traced; wanted: the part of the VPLs that should count, where all carried alike it would be 1; even: the part of
+    them that is kept whatever it carries, since what is near is told by how dense they lie.
     """
 
     rays: int = 2
     together: int = 32
     enough: float = 0.125
     least: float = 0.1
+    most: float = 4.0
+    wanted: float = 0.5
+    even: float = 0.5
 
 
 SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
 WALKS, LENGTH = 8192, 2
-# VPLs are thinned out where no more than this share of them would be left.
-MOST_LEFT = 0.5
+# More paths are traced where at least so many times as many are worth it.
+LEAST_MORE = 2.5
 
 
 @wp.kernel
@@ -61,11 +71,11 @@ def seen_vertices_kernel(first: int, scene: SceneData, order: wp.array[int], fil
 
 
 @wp.kernel
-def thin_out_kernel(first: int, order: wp.array[int], filled: wp.array[int], chosen: SeenParameters, lit: wp.array[int],
-                    seeds: wp.array[int], vpls: Vpls) -> None:  # fmt: skip
-    """One thread a place in `order`: takes the flux of VPLs that are left out, and gives more to those kept.
+def worth_kernel(first: int, order: wp.array[int], filled: wp.array[int], vpls: Vpls, chosen: SeenParameters,
+                 lit: wp.array[int], carried: wp.array[float], worth: wp.array[float]) -> None:  # fmt: skip
+    """One thread a place in `order`: what its VPL carries [W], and that less where it matters little, (place,) each.
 
-    lit (place,): of `seen_vertices_kernel`; seeds (1,).
+    Light of many VPLs has the least variance where each is kept by the root of its squared light's mean.
     """
     place = first + wp.tid()
     count = filled[0]
@@ -77,65 +87,95 @@ def thin_out_kernel(first: int, order: wp.array[int], filled: wp.array[int], cho
     for other in range(begin, end):
         total += lit[other]
     share = float(wp.max(total, lit[place] * (end - begin))) / float(chosen.rays * (end - begin))
-    kept = wp.clamp(wp.sqrt(share / chosen.enough), chosen.least, 1.0)
-    if kept < 1.0:
-        start = float(hashed(wp.uint32(begin) ^ hashed(wp.uint32(seeds[0]))) >> wp.uint32(8)) * wp.static(1.0 / 2.0**24)
-        along = start + kept * float(place - begin)
+    matters = wp.clamp(wp.sqrt(share / chosen.enough), chosen.least, 1.0)
+    carried[place] = brightness(vpls.flux[order[place]])
+    worth[place] = carried[place] * matters
+
+
+@wp.func
+def chance(kept: wp.vec2, carried: float, worth: float) -> float:
+    """That with which a VPL is kept that carries so much and is worth so much [W]; kept: as PathPlan.even and worth."""
+    return wp.min(kept[0] * worth / carried + worth / kept[1], 1.0)
+
+
+@wp.kernel
+def thin_out_kernel(first: int, order: wp.array[int], filled: wp.array[int], together: int, carried: wp.array[float],
+                    worth: wp.array[float], kept: wp.array[wp.vec2], seeds: wp.array[int],
+                    vpls: Vpls) -> None:  # fmt: skip
+    """One thread a place in `order`: takes the flux of VPLs that are left out, and gives more to those kept.
+
+    carried, worth (place,): of `worth_kernel`; kept (1,): as for `chance`; seeds (1,).
+    """
+    place = first + wp.tid()
+    if place >= filled[0]:
+        return
+    by = chance(kept[0], carried[place], worth[place])
+    if by < 1.0:
+        # Chances of neighbours add up to whole numbers of VPLs as evenly as they can.
+        begin = place // together * together
+        along = float(hashed(wp.uint32(begin) ^ hashed(wp.uint32(seeds[0]))) >> wp.uint32(8)) * wp.static(0.5**24)
+        for other in range(begin, place):
+            along += chance(kept[0], carried[other], worth[other])
         vpl = order[place]
-        if wp.floor(along + kept) > wp.floor(along):
-            vpls.flux[vpl] = vpls.flux[vpl] / kept
+        if wp.floor(along + by) > wp.floor(along):
+            vpls.flux[vpl] = vpls.flux[vpl] / by
         else:
             vpls.flux[vpl] = wp.vec3(0.0, 0.0, 0.0)
 
 
-class SeenPathEnds(PathEnds):
-    """Path ends that may be thinned out where they light little of what walks from the cameras visit; thins: whether
-    `trace` does so.
+@dataclass(frozen=True)
+class PathPlan:
+    """How many light paths there are, and with which chance their VPLs are kept: `even` for each that matters, and
+    besides what its worth is of `worth` [W].
     """
 
-    def __init__(self, room: int, bounces: int, vertices: wp.array, *, thins: bool) -> None:
+    paths: int
+    even: float = 1.0
+    worth: float = inf
+
+    @property
+    def keeps_all(self) -> bool:
+        """Whether VPLs are kept without a look at them."""
+        return self.worth == inf
+
+
+class SeenPathEnds(PathEnds):
+    """Path ends that are thinned out by what they are worth, unless they are to be `whole`."""
+
+    def __init__(self, room: int, bounces: int, vertices: wp.array, *, whole: bool) -> None:
         """As PathEnds; `vertices` (walk, vertex): of `walked`."""
         super().__init__(room, bounces, vertices.device, arriving=False)
-        self.thins, self._vertices = thins, vertices
-        self._lit = wp.zeros(self.capacity if thins else 0, dtype=int, device=self.device)
+        self.whole, self._vertices = whole, vertices
+        capacity = 0 if whole else self.capacity
+        self._lit = wp.zeros(capacity, dtype=int, device=self.device)
+        self._carried, self._worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
+        self._kept = wp.full(1, wp.vec2(1.0 / SEEN_PARAMETERS.least, inf), dtype=wp.vec2, device=self.device)
+
+    def follow(self, plan: PathPlan) -> None:
+        """Have so many paths, and keep so many of their VPLs, from now on; all are kept before."""
+        self.set_paths(plan.paths)
+        if not plan.keeps_all:
+            self._kept.fill_(wp.vec2(plan.even, plan.worth))
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,), and thin out what they leave."""
         super().trace(scene, table, seed, features)
-        if self.thins:
-            self.thin_out(scene, seed)
+        if not self.whole:
+            self.find_worth(scene)
+            inputs = [self.order, self.filled, SEEN_PARAMETERS.together, self._carried, self._worth, self._kept, seed]
+            launch(thin_out_kernel, self.capacity, [*inputs, self.raw], self.device)
+            self.put_in_order()
 
-    def thin_out(self, scene: SceneData, seed: wp.array) -> None:
-        """Thin out what was traced by `seed` (1,)."""
-        chosen = SEEN_PARAMETERS
-        inputs = [scene, self.order, self.filled, self.raw, self._vertices, chosen, self._lit]
-        launch(seen_vertices_kernel, self.capacity, inputs, self.device)
-        inputs = [self.order, self.filled, chosen, self._lit, seed, self.raw]
-        launch(thin_out_kernel, self.capacity, inputs, self.device)
-        self.put_in_order()
+    def find_worth(self, scene: SceneData) -> None:
+        """Find what is worth what of what was traced."""
+        places, chosen = [self.order, self.filled, self.raw], SEEN_PARAMETERS
+        launch(seen_vertices_kernel, self.capacity, [scene, *places, self._vertices, chosen, self._lit], self.device)
+        launch(worth_kernel, self.capacity, [*places, chosen, self._lit, self._carried, self._worth], self.device)
 
-
-class SeenPilot:
-    """Runs of a few light paths; thins: whether paths should be thinned out, as the last one has told."""
-
-    def __init__(self, bounces: int, vertices: wp.array) -> None:
-        """vertices: of `walked`."""
-        self.thins, self._seen = False, vertices.size > 0
-        self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, thins=self._seen)
-
-    def paths_for(self, wanted: int, scene: SceneData, table: LightTable, features: SceneFeatures) -> int:
-        """How many light paths leave about `wanted` VPLs, thinned out where `thins` tells; none without light."""
-        self.thins = False
-        if table.count == 0:
-            return 0
-        ends = self._ends
-        PathEnds.trace(ends, scene, table, ends.no_seed, features)
-        whole = left = ends.count()
-        if self._seen:
-            ends.thin_out(scene, ends.no_seed)
-            left = ends.count()
-        self.thins = left <= MOST_LEFT * whole
-        return paths_that_leave(wanted, (left if self.thins else whole) / ends.room)
+    def worth(self) -> tuple[Doubles, Doubles]:
+        """What each carries of which `find_worth` has found it, and what it is worth, (place,) each [W]."""
+        carried, worth = (each.numpy()[: self.count()].astype(np.float64) for each in (self._carried, self._worth))
+        return carried, worth
 
 
 def walked(device_scene: DeviceScene) -> wp.array:
@@ -143,3 +183,53 @@ def walked(device_scene: DeviceScene) -> wp.array:
     if not device_scene.scene.cameras:
         return wp.zeros((0, LENGTH), dtype=WalkVertex, device=device_scene.device)
     return walk_from_cameras(device_scene, device_scene.data, WALKS, LENGTH)
+
+
+class SeenPilot:
+    """Runs of a few light paths, which tell how many there should be."""
+
+    def __init__(self, bounces: int, vertices: wp.array) -> None:
+        """vertices: of `walked`."""
+        self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, whole=vertices.size == 0)
+
+    def plan(self, wanted: int, scene: SceneData, table: LightTable, features: SceneFeatures) -> PathPlan:
+        """What leaves about `wanted` VPLs; no path without light."""
+        if table.count == 0:
+            return PathPlan(0)
+        ends = self._ends
+        PathEnds.trace(ends, scene, table, ends.no_seed, features)
+        paths = paths_that_leave(wanted, ends.count() / ends.room)
+        if ends.whole:
+            return PathPlan(paths)
+        ends.find_worth(scene)
+        carried, worth = ends.worth()
+        more = paths_worth_tracing(carried, worth)
+        if more < LEAST_MORE:
+            return PathPlan(paths)
+        made = round(more * paths)
+        # Each path carries less than one of the pilot, and there are more of each kind.
+        as_many, even = made / ends.room, SEEN_PARAMETERS.even / more
+        return PathPlan(made, even, worth_kept(carried / as_many, worth / as_many, even, wanted / as_many))
+
+
+def paths_worth_tracing(carried: Doubles, worth: Doubles) -> float:
+    """How many times as many paths should be traced as are needed for VPLs that carry and are worth so much, (vpl,):
+    the more, the fewer have most of the worth, and the less of what they carry matters.
+    """
+    if not worth.any():
+        return 1.0
+    chosen = SEEN_PARAMETERS
+    counting = worth.sum() ** 2 / (len(worth) * (worth**2).sum())
+    return float(min(max(chosen.wanted / counting, carried.sum() / worth.sum()), chosen.most))
+
+
+def worth_kept(carried: Doubles, worth: Doubles, even: float, wanted: float) -> float:
+    """The `worth` of a PathPlan, beside its `even`, by which about `wanted` are left of VPLs that carry and are worth
+    so much, (vpl,) each [W].
+    """
+    least, most = float(worth.min()) * 1e-3, float(worth.max()) * 1e3
+    for _ in range(48):
+        middle = (least * most) ** 0.5
+        left = np.minimum(even * worth / carried + worth / middle, 1.0).sum()
+        least, most = (middle, most) if left > wanted else (least, middle)
+    return middle

@@ -17,7 +17,7 @@ from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Light, LightKind, Material, Scene, Sky
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
-from gpu.vpl.seen_paths import SeenPilot
+from gpu.vpl.seen_paths import PathPlan, SeenPilot
 
 CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
@@ -51,13 +51,13 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
     device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls: list[object] = []
-    inner = SeenPilot.paths_for
+    inner = SeenPilot.plan
 
-    def counted(pilot: SeenPilot, wanted: int, *others: Any) -> int:
+    def counted(pilot: SeenPilot, wanted: int, *others: Any) -> PathPlan:
         calls.append(pilot)
         return inner(pilot, wanted, *others)
 
-    monkeypatch.setattr(SeenPilot, "paths_for", counted)
+    monkeypatch.setattr(SeenPilot, "plan", counted)
     light_sets = LightSets(device_scene)
     for choice in (CHOICE, replace(CHOICE, seed=1), replace(CHOICE, vpls=500)):
         assert light_sets.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)
