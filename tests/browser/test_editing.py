@@ -82,12 +82,17 @@ def test_what_the_server_refuses_can_not_be_undone(page: Page, stage: Stage) -> 
     expect(page.locator("#toast")).to_contain_text("4 m beyond")
 
 
-@pytest.mark.parametrize(("run", "enabled"), [("first", True), ("second", False)])
-def test_what_a_service_did_that_is_gone_can_not_be_undone(page: Page, stage: Stage, run: str, enabled: bool) -> None:
+@pytest.mark.parametrize(
+    ("run", "kept", "enabled"), [("first", True, True), ("second", True, True), ("second", False, False)]
+)
+def test_what_a_service_did_can_be_undone_in_one_that_knows_of_it(
+    page: Page, stage: Stage, run: str, kept: bool, enabled: bool
+) -> None:
     page.mouse.click(*CHAIR_AT)
     page.get_by_label("moved along X").fill("5")
     edit = stage.hear("edit")
-    edits = {**NO_EDITS.model_dump(mode="json"), "objects": {"chair": {"offset": [5, 0, 0]}}}
+    none = NO_EDITS.model_dump(mode="json")
+    edits = {**none, "objects": {"chair": {"offset": [5, 0, 0]}}}
     stage.say("edits", scene="cornell-box", edits=edits, edit=edit["id"], own=False, suns={})
     stage.run = run
     connections = stage.connections
@@ -95,10 +100,11 @@ def test_what_a_service_did_that_is_gone_can_not_be_undone(page: Page, stage: St
     wait_for(page, lambda: stage.connections > connections)
     stage.welcome()
     stage.scene(objects=[CHAIR], lights=[LAMP, BULB])
+    stage.say("edits", scene="cornell-box", edits=edits if kept else none, edit=0, own=False, suns={})
     expect(page.locator("#connection-text")).to_have_text("Connected")
     expect(page.get_by_label("Undo", exact=True)).to_be_enabled(enabled=enabled)
     if not enabled:
-        expect(page.locator("#toast")).to_contain_text("changes that all saw are gone")
+        expect(page.locator("#toast")).to_contain_text("what was changed before cannot be undone")
 
 
 def test_a_drag_chooses_nothing(page: Page, stage: Stage) -> None:
