@@ -5,11 +5,8 @@ import warp as wp
 from gpu.clustering.kmeans import KMeans
 from gpu.clustering.points import Points
 from gpu.core.device import launch
-from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls
-from gpu.vpl.build import VPL_CLUSTER_PARAMETERS, VplClusterParameters, no_clusters
 from gpu.vpl.group_lights import GroupLights
-from gpu.vpl.vpl_clusters import VplClusters
 
 
 @wp.kernel
@@ -39,14 +36,3 @@ class VplClustering:
         launch(vpl_weight_kernel, vpls.count, [vpls, points.weight, points.spacing], kmeans.device)
         kmeans.run(points, lights.chosen.iterations, seed)
         lights.run(vpls, kmeans.groups, kmeans.medoids)
-
-
-def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
-                 chosen: VplClusterParameters = VPL_CLUSTER_PARAMETERS) -> VplClusters:  # fmt: skip
-    """At most `wanted` clusters of `vpls`."""
-    device, most = device_scene.device, min(wanted, vpls.count)
-    if vpls.count == 0:
-        return no_clusters()
-    lights = GroupLights(vpls.count, most, device, chosen)
-    VplClustering(vpls, wp.array([vpls.count], dtype=int, device=device), most, device).run(lights, seed)
-    return lights.vpls

@@ -30,7 +30,6 @@ from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.disk_coverage import surface_beside
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.sides import triangle_normal
-from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.vpl_clusters import VplClusters
 from gpu.vpl.vpl_reflectance import find_reflectance
@@ -307,18 +306,6 @@ class RadiosityBuilder:
         lit, count = self.cache, len(self.cache.radius)
         launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
         launch(covered_radiosity_kernel, count, [self._covered, self._share, lit], self.device)
-
-
-def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,
-                    lobes: SceneFeatures | None = None,
-                    chosen: RadiosityParameters = RADIOSITY_PARAMETERS) -> RadiosityCache:  # fmt: skip
-    """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`.
-
-    lobes: as for RadiosityBuilder.
-    """
-    builder = RadiosityBuilder(clusters, device_scene.device, chosen, lobes=lobes)
-    builder.run(scene)
-    return builder.cache
 
 
 @wp.kernel

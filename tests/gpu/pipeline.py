@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 from frame_view import FrameView
+from lit_surfaces import cluster_vpls
 from scenes import column, results, traced_vpls
 
 from gpu.core.device import allocate, launch
@@ -25,7 +26,6 @@ from gpu.indirect.visibility import Visibility
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.sp.sp_clustering import SpClustering
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters

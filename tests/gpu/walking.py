@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
+from lit_surfaces import cluster_vpls
 from scenes import box, column, grey, quad, resident_of, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
@@ -15,7 +16,6 @@ from gpu.scene.types import Camera, Doubles
 from gpu.sp.budget import ClusterBudget
 from gpu.sp.sp_clustering import SpClustering
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClusters
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 SIZE = (64, 48)

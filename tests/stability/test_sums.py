@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
+from lit_surfaces import cluster_vpls
 from scenes import column, grey, quad, resident_of
 
 from gpu.core.device import allocate
@@ -17,7 +18,6 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.build import unclustered
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 COUNT = 100_000

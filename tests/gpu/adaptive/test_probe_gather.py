@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
 from gpu.adaptive.probe_gather import (
@@ -17,7 +18,6 @@ from gpu.gbuffer.point_list import PointList
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.settings import Component, Method, RenderSettings
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.shadow_rays import NO_RAY
 from gpu.vpl.vpl_clusters import VplClusters
 

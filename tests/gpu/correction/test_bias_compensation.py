@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import radiosity_cache
 from pipeline import Pipeline
 from scenes import box, camera_of, grey, quad, resident_of
 
@@ -13,7 +14,6 @@ from gpu.lights.build import build_light_table
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles
 from gpu.vpl.bound_area import BoundAreaParameters, areas_of, bound_areas
-from gpu.vpl.radiosity_cache import radiosity_cache
 from gpu.vpl.shadow_rays import shadow_rays
 
 SIZE, SAMPLES, BOUNCES = (16, 12), 64, 3

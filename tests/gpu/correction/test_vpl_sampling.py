@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from pipeline import Pipeline
 from scenes import box, grey, resident_of, results, slats, square_of_vpls
 from scipy import stats
@@ -9,7 +10,6 @@ from gpu.core.color import brightness
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, member_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.sampling.sobol import hashed
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.form_factor import member_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 

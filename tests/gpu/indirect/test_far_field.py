@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 from devices import NEEDS_CUDA
+from lit_surfaces import cluster_vpls
 from pipeline import Pipeline
 from scenes import column, results, slats, traced_vpls
 
@@ -17,7 +18,6 @@ from gpu.indirect.far_field import (
     with_subclusters,
 )
 from gpu.scene.types import Doubles
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened
 from gpu.vpl.vpl_clusters import VplClusters

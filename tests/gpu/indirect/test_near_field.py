@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls, radiosity_cache
 from pipeline import Pipeline
 from scenes import box, column, grey, quad, resident_of, slats, square_of_vpls
 
@@ -21,9 +22,8 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.light_sets import LightSets
-from gpu.vpl.radiosity_cache import RADIOSITY_PARAMETERS, RadiosityCache, RadiosityCells, radiosity_cache
+from gpu.vpl.radiosity_cache import RADIOSITY_PARAMETERS, RadiosityCache, RadiosityCells
 
 SIZE = (32, 24)
 FEW = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls, radiosity_cache
 from scenes import box, column, grey, quad, resident_of, square_of_vpls
 
 from gpu.core.device import launch
@@ -12,10 +13,9 @@ from gpu.device_scene.rays import blocking
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.near_field_paths import NearPaths, near_field_path_kernel
 from gpu.scene.types import Doubles, Floats, Light, LightKind
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
-from gpu.vpl.radiosity_cache import RadiosityCache, lacking_area, radiosity_cache, vpl_around
+from gpu.vpl.radiosity_cache import RadiosityCache, lacking_area, vpl_around
 
 CPU = wp.get_device("cpu")
 CHOICE = LightSetChoice(vpls=3000, vpl_clusters=60, bounces=16, seed=0, lambertian=True)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from numpy.typing import NDArray
 from scenes import box, column, grey, quad, resident_of, results, strewn_vpls
 
@@ -25,7 +26,6 @@ from gpu.indirect.ray_plan import (
     with_shared,
 )
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 CPU = wp.get_device("cpu")

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
+from lit_surfaces import cluster_vpls
 from numpy.typing import NDArray
 from scenes import results, slats, traced_vpls
 
@@ -11,7 +12,6 @@ from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
 from gpu.sp.sp_clustering import SpClustering
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance
 from gpu.vpl.vpl_clusters import VplClusters

@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls, radiosity_cache
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
 from gpu.vpl.bound_area import BOUND_AREA_PARAMETERS, BoundAreas, areas_of, bound_area, bound_areas
-from gpu.vpl.clustering import cluster_vpls
-from gpu.vpl.radiosity_cache import radiosity_cache
 
 
 @wp.kernel

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from scenes import column, square_of_vpls, strewn_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import allocate_vpls
 from gpu.vpl.build import unclustered
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import (
     MOST_GROUPS,
     PER_SUBCLUSTER,

@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from scenes import square_of_vpls, strewn_vpls
 
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import allocate_vpls
 from gpu.vpl.build import VplClusterParameters, unclustered
-from gpu.vpl.clustering import VplClustering, cluster_vpls
+from gpu.vpl.clustering import VplClustering
 from gpu.vpl.group_lights import GroupLights
 
 

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from scenes import box, column, grey, resident_of, results, square_of_vpls
 
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.vpl.build import set_subclusters
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import Disk, disk_at, disk_of
 from gpu.vpl.form_factor import (
     disk_area,

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls, radiosity_cache
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, Grid
@@ -9,7 +10,6 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.types import Doubles, Ints, Material
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
 from gpu.vpl.radiosity_cache import (
@@ -21,7 +21,6 @@ from gpu.vpl.radiosity_cache import (
     covered_radiosity_kernel,
     disk_coverage_kernel,
     neighbour_spacing_kernel,
-    radiosity_cache,
     vpl_around,
 )
 from gpu.vpl.vpl_clusters import VplClusters

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls, radiosity_cache
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.types import Doubles, Material
-from gpu.vpl.clustering import cluster_vpls
-from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache
+from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.radiosity_mean import mean_irradiance
 
 COUNT, DENSITY = 4096, 4096 / 0.36

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 import warp as wp
+from lit_surfaces import cluster_vpls
 from scenes import column, results, square_of_vpls, strewn_vpls
 
 from gpu.core.color import brightness
 from gpu.device_scene.upload import DeviceScene
 from gpu.vpl.build import unclustered
-from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.form_factor import disk_transfer, unoccluded_irradiance
 from gpu.vpl.vpl_clusters import (
     VplClusters,
