@@ -207,7 +207,7 @@ class GpuBackend:
     def _take_late_kernels(self, ref: SceneRef) -> None:
         """Have a scene shown by its own kernels from its next frame on, once they are compiled."""
         loaded = self._scenes.get(ref)
-        if loaded is not None and self._late_are_there(loaded):
+        if loaded is not None and self._late_are_there(loaded) and ref in self._scenes:
             self._scenes[ref] = with_kernels(loaded, None)
             self._states.close(ref)
             self._renderers.drop(ref)
@@ -217,11 +217,11 @@ class GpuBackend:
         """Whether a scene is shown by general kernels while its own have been compiled, and are loaded now."""
         if loaded.late is None or not loaded.late.compiled:
             return False
-        late, loaded.late = loaded.late, None
         try:
-            late.load()
+            loaded.late.load()
         except Exception:  # what Warp raises where a compiler fails
             log.exception("%s: its kernels cannot be compiled, general ones go on", loaded.ref.id)
+            loaded.late = None
             return False
         return True
 

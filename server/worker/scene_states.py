@@ -84,11 +84,16 @@ class SceneStates:
         return _State(loaded)
 
     def renew(self, ref: SceneRef, stale: Callable[[LoadedScene], bool]) -> None:
-        """Free those of a scene that are stale and that no frame is under way of, so that they are made anew."""
-        for (scene, _), states in self._states.items():
-            for state in [one for one in states if scene == ref and one.frames == 0 and stale(one.loaded)]:
-                states.remove(state)
-                self._dropped(state.loaded)
+        """Free those of a scene that are stale and that no frame is under way of, so that they are made anew.
+
+        While `stale` finds out, others may free some, and states of other scenes come and go.
+        """
+        of_scene = [states for (scene, _), states in self._states.items() if scene == ref]
+        for states in of_scene:
+            for state in [one for one in states if one.frames == 0]:
+                if stale(state.loaded) and state in states:
+                    states.remove(state)
+                    self._dropped(state.loaded)
 
     def leave(self, viewer: int) -> None:
         """Have a viewer look at none, and free its own."""
@@ -106,8 +111,9 @@ class SceneStates:
                 self._close(ref, owner)
 
     def _close(self, ref: SceneRef, owner: int | None) -> None:
-        for state in self._states.pop((ref, owner), []):
-            self._dropped(state.loaded)
+        states = self._states.pop((ref, owner), [])
+        while states:
+            self._dropped(states.pop().loaded)
 
     def clear(self) -> None:
         """Free all of them."""

@@ -12,7 +12,7 @@ from gpu.scene.types import Floats
 from gpu.settings import Component, RenderSettings
 from server.wire.worker import Output, Render, SceneCamera, SceneRef, Start
 from server.worker.backend import GpuBackend
-from server.worker.tasks import Tasks
+from server.worker.tasks import CancelledError, Tasks
 
 BOX, TWIN = (SceneRef(name, "cornell-box") for name in ("box", "twin"))
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
@@ -74,6 +74,22 @@ def test_a_scene_is_shown_by_general_kernels_until_its_own_are_there(
     assert (backend._scenes[TWIN].device_scene.general, late.load.call_count) == (fails, 1)
     assert len(states()) == len(made) == 2
     assert states().isdisjoint(made) != fails
+    backend.close(TWIN)
+
+
+def test_kernels_are_loaded_by_the_next_job_where_one_ends_while_it_loads_them(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late = create_autospec(LateKernels, instance=True, compiled=True)
+    late.load.side_effect = [CancelledError, None]
+    monkeypatch.setattr("server.worker.backend.warm_up_soon", lambda *_: late)
+    backend.close(TWIN)
+    backend.open(TWIN, silent)
+    with pytest.raises(CancelledError):
+        backend.open(TWIN, silent)
+    assert backend._scenes[TWIN].device_scene.general
+    backend.open(TWIN, silent)
+    assert not backend._scenes[TWIN].device_scene.general
     backend.close(TWIN)
 
 

@@ -79,6 +79,18 @@ def test_two_with_edits_of_their_own_do_not_disturb_each_other(shown: Shown) -> 
     assert shown.made == len(shown.states) == 2
 
 
+def test_states_come_and_go_while_kernels_of_a_stale_one_are_loaded(shown: Shown) -> None:
+    stale = shown.show(1, 1, own=True)
+
+    def loads(state: LoadedScene) -> bool:
+        shown.show(2, 2, own=True)
+        shown.states.leave(1)
+        return state is stale
+
+    shown.states.renew(BOX, loads)
+    assert (shown.dropped, len(shown.states)) == (1, 1)
+
+
 def test_those_who_see_the_same_edits_take_turns_of_two_states(shown: Shown) -> None:
     for number in range(6):
         assert shown.show(1, number) is shown.show(2, number)
