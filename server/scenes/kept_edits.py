@@ -52,6 +52,8 @@ class KeptEdits:
         found, self._others = _kept(self._file, find)
         edited.restore(found)
         self._changed = asyncio.Event()
+        if (found or self._others) and not self._file.exists():  # set aside, for what else was in it
+            self._changed.set()
         self._writing = Lock()  # when the service ends, a thread may still be at it
         self._fails = False
 
@@ -62,7 +64,7 @@ class KeptEdits:
             while True:
                 await self._changed.wait()
                 self._changed.clear()
-                await asyncio.to_thread(self._write, self._edited.all)
+                await self._write_beside()
                 await asyncio.sleep(REST_SECONDS)
         finally:
             self._edited.listeners.discard(self._note)
@@ -71,6 +73,13 @@ class KeptEdits:
 
     def _note(self, _: SceneRef) -> None:
         self._changed.set()
+
+    async def _write_beside(self) -> None:
+        try:
+            await asyncio.to_thread(self._write, self._edited.all)
+        except asyncio.CancelledError:  # before a thread was free for it, maybe
+            self._changed.set()
+            raise
 
     def _write(self, edits: Mapping[SceneRef, SceneEdits]) -> None:
         """All at once or not at all; what cannot be written is lost with the service, and the log says why, once."""
@@ -121,8 +130,11 @@ def _kept(file: Path, find: Find) -> tuple[dict[SceneRef, SceneEdits], list[byte
         except UnknownSceneError:
             others.append(line)
         else:
-            if scene.stamp == kept.stamp or not kept.scene.startswith(UPLOADS):  # where others may be called alike
-                found[replace(scene, stamp=kept.stamp)] = kept.edits
+            if scene.stamp == kept.stamp:
+                found[scene] = kept.edits
+            elif not kept.scene.startswith(UPLOADS):  # where others may be called alike
+                # A file from a backup may be older; it takes the edits over all the same.
+                found[replace(scene, stamp=min(kept.stamp, scene.stamp - 1))] = kept.edits
             else:
                 log.warning("the file of %r is another one now: its edits are not taken up", kept.scene)
     if problems:

@@ -49,7 +49,7 @@ class Residency:
         learned: Callable[[SceneRef, SceneInfo], None],
     ) -> None:
         """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
-        touch: hears the ids of scenes that are used; learned: hears what is in one that was loaded.
+        touch: hears the ids of scenes that are used; learned: hears what is in one that was opened.
         """
         self._engines = engines
         engines.fits = self._fits
@@ -117,9 +117,11 @@ class Residency:
                 await self.inspect(scene)
             while True:
                 try:
-                    return await self._open(scene, self._engines.place(client, scene, Urgency.STILL))
+                    info = await self._open(scene, self._engines.place(client, scene, Urgency.STILL))
                 except TurnedAwayError:
                     continue
+                self._learned(scene, info)
+                return info
         finally:
             self._opening[scene.id] -= 1
             self._opening += Counter()  # forgets what has come
@@ -139,7 +141,6 @@ class Residency:
                 self._check_room(scene, engine)
                 kept = self._checker.kept.take(scene.source, scene.options)
                 self._opened[scene] = await engine.open(scene, kept.path if kept is not None else "")
-                self._learned(scene, self._opened[scene])
             return self._opened[scene]
 
     async def close(self, scene: SceneRef) -> None:

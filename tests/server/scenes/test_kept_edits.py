@@ -1,7 +1,9 @@
 import asyncio
 import json
 import logging
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import pytest
 from harness import run, wait_for
@@ -92,6 +94,44 @@ def test_a_file_that_was_changed_meanwhile_takes_its_edits_over(tmp_path: Path) 
     assert edited.of(hall) == NO_EDITS
     edited.learn(hall, INFO)
     assert edited.all == {hall: EDITS}
+
+
+def test_a_file_that_an_older_one_has_replaced_meanwhile_takes_its_edits_over(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(
+        '{"scene": "hall.glb", "stamp": 9, "options": {}, "edits": {"lights": {"lamp": {"on": false}}}}\n'
+    )
+    edited, hall = restored(tmp_path), find("hall.glb", ImportOptions())
+    edited.learn(hall, INFO)
+    assert edited.all == {hall: EDITS}
+
+
+def test_what_could_be_read_is_kept_where_something_else_was_set_aside(tmp_path: Path) -> None:
+    changed(tmp_path, "hall.glb")
+    with (tmp_path / FILE).open("ab") as file:
+        file.write(b"{\n")
+    changed(tmp_path)
+    assert (tmp_path / (FILE + ASIDE)).exists()
+    assert restored(tmp_path).all == {find("hall.glb", ImportOptions()): EDITS}
+
+
+def test_a_change_whose_writing_was_still_to_begin_is_written_in_the_end(tmp_path: Path) -> None:
+    edited, hall, busy = EditedScenes(), find("hall.glb", ImportOptions()), Event()
+    kept = KeptEdits(tmp_path, edited, find)
+
+    async def life() -> None:
+        threads = ThreadPoolExecutor(1)
+        asyncio.get_running_loop().set_default_executor(threads)
+        threads.submit(busy.wait)
+        running = asyncio.create_task(kept.run())
+        await asyncio.sleep(0)
+        edited.change(hall, INFO, OFF)
+        await asyncio.sleep(0.01)
+        running.cancel()
+        await asyncio.wait([running])
+        busy.set()
+
+    asyncio.run(life())
+    assert restored(tmp_path).all == {hall: EDITS}
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,25 @@ def test_a_scene_is_read_and_loaded_once(hall: SceneRef) -> None:
     asyncio.run(run())
 
 
+def test_what_is_in_a_scene_is_told_to_all_who_come_for_it(hall: SceneRef) -> None:
+    told: list[SceneRef] = []
+    scenes = Residency(
+        EnginePool([FakeEngine()]),
+        Checker(ServerSettings(), ANY_CHECK),
+        reserve_bytes=0,
+        in_use=lambda _: False,
+        touch=lambda _: None,
+        learned=lambda scene, _: told.append(scene),
+    )
+
+    async def run() -> None:
+        for _ in range(2):  # of its file as it was, somebody may have edits since
+            await scenes.open(hall)
+
+    asyncio.run(run())
+    assert told == [hall, hall]
+
+
 def test_the_worker_is_given_what_was_checked_once(hall: SceneRef) -> None:
     engine = FakeEngine()
     scenes = residency(engine, check=CHECK)
