@@ -49,6 +49,8 @@ SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
 WALKS, LENGTH = 8192, 2
 # More paths are traced where at least so many times as many are worth it.
 LEAST_MORE = 2.5
+# Of paths for each VPL that is wanted, each of which takes memory.
+MOST_PATHS = 16
 
 
 @wp.kernel
@@ -151,6 +153,11 @@ class SeenPathEnds(PathEnds):
         self._carried, self._worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
         self._kept = wp.full(1, wp.vec2(1.0 / SEEN_PARAMETERS.least, inf), dtype=wp.vec2, device=self.device)
 
+    @property
+    def sees(self) -> bool:
+        """Whether walks from the cameras come anywhere, so that they can tell what is worth more."""
+        return not self.whole and bool(self._vertices.numpy()["normal"].any())
+
     def follow(self, plan: PathPlan) -> None:
         """Have so many paths, and keep so many of their VPLs, from now on; all are kept before."""
         self.set_paths(plan.paths)
@@ -198,12 +205,12 @@ class SeenPilot:
             return PathPlan(0)
         ends = self._ends
         PathEnds.trace(ends, scene, table, ends.no_seed, features)
-        paths = paths_that_leave(wanted, ends.count() / ends.room)
-        if ends.whole:
+        paths = paths_that_leave(wanted, ends.count() / ends.room, MOST_PATHS)
+        if not ends.sees:
             return PathPlan(paths)
         ends.find_worth(scene)
         carried, worth = ends.worth()
-        more = paths_worth_tracing(carried, worth)
+        more = min(paths_worth_tracing(carried, worth), MOST_PATHS * wanted / paths)
         if more < LEAST_MORE:
             return PathPlan(paths)
         made = round(more * paths)

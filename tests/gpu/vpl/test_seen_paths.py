@@ -101,8 +101,11 @@ def test_each_seed_leaves_others() -> None:
 
 
 def planned(*cameras: Camera) -> PathPlan:
+    return plan_of(rooms(*cameras))
+
+
+def plan_of(device_scene: DeviceScene) -> PathPlan:
     """For a thousand VPLs."""
-    device_scene = rooms(*cameras)
     features = device_scene.generalised().features(lambertian=False)
     pilot = SeenPilot(BOUNCES, walked(device_scene))
     return pilot.plan(1000, device_scene.data, build_light_table(device_scene), features)
@@ -114,6 +117,20 @@ def test_where_all_matters_or_none_can_tell_nothing_is_left_out() -> None:
     assert bright.keeps_all
     assert not dark.keeps_all
     assert dark.paths >= LEAST_MORE * bright.paths > 0
+
+
+def test_where_cameras_see_nothing_nothing_is_left_out() -> None:
+    assert planned(look_at((0.6, 0.0, 0.0), (1.0, 0.0, 0.0))).keeps_all
+
+
+def test_where_few_paths_meet_anything_no_more_are_traced_than_there_is_room_for() -> None:
+    lit, dark = (quad((-0.05, -0.2, z), (0.0, 0.0, 0.1), (0.1, 0.0, 0.0)) for z in (-0.5, 0.4))
+    wall = quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    lamp = replace(LAMP, position=(0.0, 0.2, -0.45), kind=LightKind.SPOT, direction=(0.0, 0.0, -1.0))
+    scene = scene_of([lit, dark, wall], [grey(0.7)], [lamp])
+    camera = look_at((0.0, 0.0, 0.45), (0.0, -0.2, 0.45))
+    plan = plan_of(DeviceScene(replace(scene, cameras=(camera,)), "cpu"))
+    assert plan == PathPlan(16_000)
 
 
 def test_a_light_set_has_as_many_vpls_as_are_wanted_and_more_of_them_where_the_camera_is() -> None:
