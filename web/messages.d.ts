@@ -90,7 +90,7 @@ export interface ScenePatch {
 
 /** What differs of a light; None is as the file says. */
 export interface LightEdit {
-  /** whether it shines; a sun or a sky that the file has not shines only if this is true or it has a date */
+  /** whether it shines; a sun or a sky that the file has not does if this is true or it has a date */
   on?: boolean | null;
   /** how many times as bright as its file says */
   intensity?: number | null;
@@ -251,7 +251,7 @@ export interface LightInfo {
   form: LightForm;
   /** linear Rec. 709, each channel from 0 to 1 */
   color: [number, number, number];
-  /** a sun or a sky that the file has not: it shines if an edit turns it on or gives it a date */
+  /** a sun or a sky that the file has not, so that it is off */
   added: boolean;
   /** in the world [m], if it can be moved */
   position: [number, number, number] | null;
