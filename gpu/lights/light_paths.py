@@ -32,7 +32,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
 from gpu.lights.light_chain import Flight, sent_on, unscattered
 from gpu.lights.light_table import LightTable
-from gpu.sampling.sobol import sobol_pair
+from gpu.sampling.sobol import Pair, sobol_pair
 from gpu.sampling.warps import cosine_direction
 
 
@@ -100,6 +100,31 @@ def way_on(surface: Surface, to_light: wp.vec3, even: wp.vec3, pick: float, x: f
     return way
 
 
+@wp.func
+def sent_by_face(surface: Surface, to_light: wp.vec3, flux: wp.vec3, choice: float, facet: Pair) -> Flight:
+    """How light of `flux` from unit `to_light` goes on from a face of frosted glass, without flux if it does not: as
+    from a sheet, since light crosses clear faces of a body straight, and would be caught between them and bent ones.
+
+    choice: of the face's side, facet: of its microfacet; all uniform in [0, 1).
+    """
+    surface.glass = 1.0
+    surface.thin = True
+    surface.eta = wp.max(surface.eta, 1.0 / surface.eta)
+    flight = sent_on(surface, to_light, flux, wp.vec3(0.0, 0.0, 0.0), choice, facet.x, facet.y)
+    if wp.dot(flight.direction, surface.geometric_normal) < 0.0:
+        flight.absorption = surface.absorption
+    return flight
+
+
+@wp.func
+def put_vpl(out: Vpls, place: int, position: wp.vec3, normal: wp.vec3, bounce: int, light: int) -> None:
+    """Have a VPL at a place of `out`, but for its flux and where its light comes from."""
+    out.position[place] = position
+    out.normal[place] = normal
+    out.bounce[place] = bounce
+    out.light[place] = light
+
+
 @made_for(*LOOK, "environment", "specular", "frosted", "focus")
 def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
     """The kernel for scenes of these `features`; arriving: flux is what arrives, as photons have it, but for what
@@ -137,89 +162,68 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             return
         seed = seeds[0]
         particle = emit(scene, table, sobol_pair(path, 0, seed).a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
-        flux = particle.flux / float(paths)
-        origin = offset_origin(particle.origin, particle.normal, particle.direction)
-        direction = particle.direction
+        flight = Flight()
+        flight.origin = offset_origin(particle.origin, particle.normal, particle.direction)
+        flight.direction = particle.direction
+        flight.flux = particle.flux / float(paths)
         begin = int(0)
         if wp.static(specular):
-            flight = Flight()
-            flight.origin = origin
-            flight.direction = direction
-            flight.flux = flux
             chain = unscattered(scene, flight, path, 4, bounces, seed)
             if largest(chain.flight.flux) <= 0.0:
                 return
-            origin = chain.flight.origin
-            direction = chain.flight.direction
-            flux = chain.flight.flux
+            flight = chain.flight
+            flight.absorption = wp.vec3(0.0, 0.0, 0.0)
             begin = chain.bounce
-        absorption = wp.vec3(0.0, 0.0, 0.0)
         # As of gpu.device_scene.even_light.spread_reflectance.
         focused = float(1.0)
         for bounce in range(begin, bounces):
             scene.coverage = ray_coverage(path, bounce, seed)  # by which `unscattered` came here
-            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            hit = closest_hit(scene, flight.origin, flight.direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return
-            surface = surface_at(scene, hit, direction)
+            surface = surface_at(scene, hit, flight.direction)
+            to_light = -flight.direction
             slot = path * bounces + bounce
+            place = sobol_pair(path, 3 + 2 * bounce, seed)
+            choice = sobol_pair(path, 4 + 2 * bounce, seed)
             if wp.static(frosted):
-                flux = wp.cw_mul(flux, attenuated(absorption, hit.t))
-                absorption = wp.vec3(0.0, 0.0, 0.0)
-                choice = sobol_pair(path, 4 + 2 * bounce, seed).y
-                if not surface.clear and choice < surface.glass:
-                    facet = sobol_pair(path, 3 + 2 * bounce, seed)
-                    choice = choice / surface.glass
-                    surface.glass = 1.0
-                    # Light crosses clear faces of a body straight, and would be caught between them and bent ones.
-                    surface.thin = True
-                    surface.eta = wp.max(surface.eta, 1.0 / surface.eta)
-                    flight = sent_on(surface, -direction, flux, absorption, choice, facet.x, facet.y)
+                flight.flux = wp.cw_mul(flight.flux, attenuated(flight.absorption, hit.t))
+                flight.absorption = wp.vec3(0.0, 0.0, 0.0)
+                if not surface.clear and choice.y < surface.glass:
+                    flight = sent_by_face(surface, to_light, flight.flux, choice.y / surface.glass, place)
                     if largest(flight.flux) <= 0.0:
                         return
                     crosses = wp.dot(flight.direction, surface.geometric_normal) < 0.0
-                    out.position[slot] = surface.position
-                    out.normal[slot] = wp.where(crosses, -surface.geometric_normal, surface.geometric_normal)
-                    out.bounce[slot] = bounce
-                    out.light[slot] = particle.light
+                    side = wp.where(crosses, -surface.geometric_normal, surface.geometric_normal)
+                    put_vpl(out, slot, surface.position, side, bounce, particle.light)
                     focused *= focus_of(surface)
                     out.flux[slot] = flight.flux * (1.0 - focused)
-                    flux = flight.flux
-                    direction = flight.direction
-                    origin = flight.origin
-                    if crosses:
-                        absorption = surface.absorption
                     continue
-            whole = even_reflectance(surface, -direction)
+            whole = even_reflectance(surface, to_light)
             reflectance = whole
-            arrives = flux
+            arrives = flight.flux
             if is_translucent(surface):
-                surface = matt_side(surface, -direction, focused, sobol_pair(path, SIDE_PAIR + bounce, seed).x)
+                surface = matt_side(surface, to_light, focused, sobol_pair(path, SIDE_PAIR + bounce, seed).x)
                 reflectance = surface.diffuse
-                arrives = wp.cw_div(wp.cw_mul(flux, reflectance), wp.max(whole, LEAST_REFLECTED))
-            out.position[slot] = surface.position
-            out.normal[slot] = surface.geometric_normal
-            out.to_light[slot] = -direction
-            out.bounce[slot] = bounce
-            out.light[slot] = particle.light
+                arrives = wp.cw_div(wp.cw_mul(flight.flux, reflectance), wp.max(whole, LEAST_REFLECTED))
+            put_vpl(out, slot, surface.position, surface.geometric_normal, bounce, particle.light)
+            out.to_light[slot] = to_light
             if wp.static(arriving):
                 out.flux[slot] = arrives
             if wp.static(lobes):
-                sent = wp.cw_mul(flux, spread_reflectance(surface, -direction, focused))
+                sent = wp.cw_mul(flight.flux, spread_reflectance(surface, to_light, focused))
                 if wp.static(arriving):
                     sent = wp.cw_div(sent, wp.max(whole, LEAST_REFLECTED))
                 out.flux[slot] = sent
                 focused = 0.0
             if wp.static(not arriving and not lobes):
-                out.flux[slot] = wp.cw_mul(flux, reflectance)
-            pick = sobol_pair(path, 4 + 2 * bounce, seed).x
-            place = sobol_pair(path, 3 + 2 * bounce, seed)
-            way = way_on(surface, -direction, reflectance, pick, place.x, place.y)
+                out.flux[slot] = wp.cw_mul(flight.flux, reflectance)
+            way = way_on(surface, to_light, reflectance, choice.x, place.x, place.y)
             if way.chance <= 0.0:
                 return
-            flux = wp.cw_mul(flux, way.share) / way.chance
-            direction = way.direction
-            origin = offset_origin(surface.position, surface.geometric_normal, direction)
+            flight.flux = wp.cw_mul(flight.flux, way.share) / way.chance
+            flight.direction = way.direction
+            flight.origin = offset_origin(surface.position, surface.geometric_normal, way.direction)
 
     return light_path_kernel
 
