@@ -20,8 +20,8 @@ from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.lights.caustic_casters import CausticCasters
 from gpu.lights.caustic_paths import trace_caustic_paths
 from gpu.lights.disk_grid import LEVELS, DiskGrid, DiskGridBuilder
-from gpu.lights.light_paths import PathEnds
 from gpu.lights.light_table import LightTable
+from gpu.lights.path_ends import PathEnds
 from gpu.lights.photon_density import (
     DENSITY_PARAMETERS,
     NEIGHBOURS,

@@ -9,8 +9,9 @@ import warp as wp
 from gpu.core.device import allocate, launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.lights.light_paths import PathEnds, Vpls
+from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import LightTable
+from gpu.lights.path_ends import PathEnds
 
 
 @wp.struct

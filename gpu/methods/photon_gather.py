@@ -19,8 +19,8 @@ from gpu.indirect.gathered_directions import GlossyReceivers, glossy_receivers, 
 from gpu.indirect.irradiance_interpolation import allocate_weights, interpolate_irradiance, weigh_centres
 from gpu.indirect.light_behind import join_sides, trace_behind_by_photons
 from gpu.indirect.photon_lookup import FullMapLight
-from gpu.lights.light_paths import paths_for, pilot_of
 from gpu.lights.light_table import LightTable, PowerCdf
+from gpu.lights.path_ends import paths_for, pilot_of
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.methods.caustics import caustics_of

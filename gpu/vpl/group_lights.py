@@ -10,7 +10,8 @@ from gpu.core.bucket_sort import Buckets
 from gpu.core.device import allocate, duplicate, launch
 from gpu.core.intrinsics import lanes_of
 from gpu.core.radix_sort import Groups, running_total
-from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
+from gpu.lights.light_paths import Vpls, allocate_vpls
+from gpu.lights.path_ends import gather_vpls_kernel
 from gpu.vpl.build import (
     VPL_CLUSTER_PARAMETERS,
     VplClusterParameters,

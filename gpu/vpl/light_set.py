@@ -13,7 +13,8 @@ from gpu.core.device import launch
 from gpu.core.stages import new_number
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.lights.light_paths import allocate_vpls, gather_vpls_kernel
+from gpu.lights.light_paths import allocate_vpls
+from gpu.lights.path_ends import gather_vpls_kernel
 from gpu.vpl.build import no_clusters
 from gpu.vpl.clustering import VplClustering
 from gpu.vpl.group_lights import GroupLights

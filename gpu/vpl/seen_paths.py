@@ -19,8 +19,9 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connected
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_paths import PILOT_PATHS, PathEnds, Vpls, paths_that_leave
+from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import LightTable
+from gpu.lights.path_ends import PILOT_PATHS, PathEnds, paths_that_leave
 from gpu.sampling.sobol import hashed
 from gpu.scene.types import Doubles
 from gpu.vpl.camera_walks import WalkVertex, has_ended, walk_from_cameras

@@ -21,7 +21,8 @@ from gpu.core.intrinsics import four_at, lanes_of, place_of_least, vector_sum
 from gpu.core.morton import morton_key
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups, iota_kernel
-from gpu.lights.light_paths import Vpls, surface_key_kernel
+from gpu.lights.light_paths import Vpls
+from gpu.lights.path_ends import surface_key_kernel
 from gpu.lights.reflective_shadow_map import ShadowMaps
 
 

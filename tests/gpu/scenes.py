@@ -11,8 +11,9 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import PathEnds, Vpls, allocate_vpls, gather_vpls_kernel, paths_for
+from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.lights.light_table import LightTable
+from gpu.lights.path_ends import PathEnds, gather_vpls_kernel, paths_for
 from gpu.scene.assemble import assemble
 from gpu.scene.camera import look_at
 from gpu.scene.scene_parts import MeshPart, SceneParts

@@ -8,7 +8,8 @@ from scenes import results
 from shadow_maps import COUNT, SIDE, again, clustered, folded_floor, maps_of, owners, seeds_of
 
 from gpu.core.parameters import parameters
-from gpu.lights.light_paths import Vpls, surface_key_kernel
+from gpu.lights.light_paths import Vpls
+from gpu.lights.path_ends import surface_key_kernel
 from gpu.scene.types import Doubles, Ints
 from gpu.vpl.shadow_map_clusters import (
     SHADOW_MAP_CLUSTER_PARAMETERS,
