@@ -13,7 +13,7 @@ from gpu.core.kernel_loading import noted_kernels
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
-from gpu.methods import passes
+from gpu.methods import frame_kind, fuzzy_vpl
 from gpu.methods.registry import METHODS, method_of
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
@@ -131,7 +131,9 @@ def test_general_kernels_show_what_a_scenes_own_show(
 ) -> None:
     few = {"sp_clusters": 40, "vpls": 300, "vpl_clusters": 30, "samples": 1, "photons": 2000, "gather_rays": 16}
     settings = RenderSettings.model_validate({**few, "caustic_photons": 200, **choice})
-    monkeypatch.setattr(passes, "STILL_VIEW_PARAMETERS", replace(passes.STILL_VIEW_PARAMETERS, smoothed_frames=2))
+    soon = replace(frame_kind.STILL_VIEW_PARAMETERS, smoothed_frames=2)
+    for module in (frame_kind, fuzzy_vpl):
+        monkeypatch.setattr(module, "STILL_VIEW_PARAMETERS", soon)
     # Where surfaces may be glossy, photon-gather reads directions of what it gathers.
     tolerance = 0.05 if settings.method is Method.PHOTON_GATHER else 1e-4
     with guarded(str(room.device)) as arrays:
