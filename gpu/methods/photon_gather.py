@@ -140,7 +140,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
         if self._receivers is not None:
-            stages.run("gloss", partial(self._add_gloss, view, kind, self._receivers))
+            stages.run("gloss", partial(self._add_gloss, view, kind, self._receivers), branch=kind.refines)
 
     def _add_gloss(self, view: GatherViewState, kind: FrameKind, receivers: GlossyReceivers) -> None:
         if self._has_indirect and not self._frame.chain_samples.lobes:

@@ -5,6 +5,7 @@ from frame_view import FrameView
 from pictures import CAMERA, CURTAIN, coated_room, picture
 from pictures import SIZE as PICTURE
 from scenes import RARE, box, column, grey, quad, resident_of
+from stage_order import repeated_launches
 
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
@@ -64,3 +65,20 @@ def test_at_rest_a_coat_shows_a_lamp_without_fireflies(method: Method) -> None:
     paths = picture(room, method=Method.PATH, samples=256)[28:]
     assert rests.mean() == pytest.approx(paths.mean(), rel=0.08)
     assert rests.max() < 1.5 * np.percentile(paths, 99)
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PHOTON_GATHER, Method.RSM_DISKS])
+def test_what_repeats_launches_the_same_in_frames_of_a_walk_and_at_rest(
+    method: Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A GPU would replay what the first of them has launched."""
+    room, counts = coated_room(), {"vpls": 500, "vpl_clusters": 16, "sp_clusters": 20, "photons": 1000}
+    renderer = Renderer(room, PICTURE, RenderSettings(method=method, gather_rays=16, **counts))
+    mean, launched = Accumulation(PICTURE[0] * PICTURE[1], room.device), repeated_launches(monkeypatch)
+    for _ in range(2):
+        renderer.render(CAMERA, walks=True)
+    for _ in range(6):
+        renderer.render(CAMERA, mean)
+    assert {len(times) for times in launched.values()} > {1}
+    for stage, times in launched.items():
+        assert all(other == times[0] for other in times), stage
