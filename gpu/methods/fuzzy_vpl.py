@@ -48,7 +48,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         "gloss", "branches", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
-    gloss_pixel_bytes, gloss_view_pixel_bytes, branches_pixel_bytes = 41, 16, 12
+    gloss_pixel_bytes, gloss_view_pixel_bytes, branches_pixel_bytes = 57, 16, 12
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -219,7 +219,7 @@ class Passes:
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, gloss.light, read_history=kind.read_history)
             if kind.denoise:
-                gloss.share(frame.gbuffer)
+                gloss.share(frame.gbuffer, restores=not kind.read_history)
 
         stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 

@@ -29,14 +29,14 @@ CAMERA = look_at((0.0, 0.0, 0.3), (0.0, 0.0, -0.3), yfov_degrees=30.0)
 class Room:
     """A metal plate in a room whose walls emit 1/π and reflect half: evenly lit, they reflect 1/π, too."""
 
-    def __init__(self, roughness: float) -> None:
+    def __init__(self, roughness: float, size: tuple[int, int] = SIZE) -> None:
         plate = quad((-0.3, -0.3, -0.3), (0.6, 0.0, 0.0), (0.0, 0.6, 0.0), 1)
         metal = Material(base_color=(0.9, 0.7, 0.5, 1.0), metallic=1.0, roughness=roughness)
         device_scene = resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), metal]).generalised()
         choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
         lights = LightSets(device_scene)
         self.cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
-        self.view = FrameView(device_scene, SIZE, lambertian=False, traces_lobes=True)
+        self.view = FrameView(device_scene, size, lambertian=False, traces_lobes=True)
         self.view.set_camera(CAMERA)
         self.view.find_shading_points()
         assert self.view.gloss
@@ -64,9 +64,24 @@ def test_lobes_find_the_light_around_and_share_it(room: Room) -> None:
     """What they reflect of it is known up to the fit of `even_reflectance`."""
     found = room.light()
     assert found.mean(axis=0) * np.pi == pytest.approx(np.ones(3), abs=0.1)
-    room.gloss.share(room.view.gbuffer)
+    room.gloss.share(room.view.gbuffer, restores=False)
     assert room.light().mean() == pytest.approx(found.mean(), rel=0.02)
     assert room.light().std() < 0.6 * found.std()
+
+
+def test_what_is_cut_off_of_rare_bright_rays_is_given_to_the_surface_around() -> None:
+    """One ray in thirteen that finds all of the light, as among metals."""
+    room = Room(0.2, (75, 50))
+    found = np.full((75 * 50, 3), 0.1, np.float32)
+    found[::13] = 13.0
+    lit = {}
+    for restores in (False, True):
+        room.gloss.light.assign(found)
+        room.gloss.share(room.view.gbuffer, restores=restores)
+        lit[restores] = room.light()
+    assert lit[False].mean() < 0.7 * found.mean()
+    assert lit[True].mean() == pytest.approx(found.mean(), rel=0.1)
+    assert lit[True].std() < 0.3 * found.std()
 
 
 def test_of_rows_whose_light_is_known_each_second_has_that_of_the_rows_beside() -> None:
