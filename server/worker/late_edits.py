@@ -6,7 +6,7 @@ from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.scene.edits import NO_EDITS, SceneEdits, shown
 from gpu.settings import RenderSettings
 from gpu.warm_up import compile_soon
-from server.wire.worker import SceneRef
+from server.wire.worker import STILLS, SceneRef
 from server.worker.loaded_scene import LoadedScene
 from server.worker.worker import Report
 
@@ -20,30 +20,48 @@ class LateEdits:
         self._there: set[SceneFeatures] = set()  # whose kernels need not be compiled
         self._late: dict[SceneFeatures, LateKernels] = {}
         self._seen: dict[int, tuple[SceneRef, SceneEdits]] = {}  # by viewer
+        self._waiting: set[tuple[int, object]] = set()  # viewers, and frames of theirs that wait
 
     def to_show(
         self, loaded: LoadedScene, edits: SceneEdits, viewer: int, report: Report, *, walks: bool
     ) -> SceneEdits:
         """`edits` of a scene once their kernels are there; until then, if it walks, those that a viewer saw last: who
-        does not walk waits, while others have the device.
+        does not walk waits, while others have the device, until it walks on: its frames are shown in their order.
 
         Raises UserError for what the scene has not.
         """
-        before = self._seen.get(viewer)
-        if before == (loaded.ref, edits):
+        if walks:
+            self._end_waits(viewer)
+        if self._seen.get(viewer) == (loaded.ref, edits):
             return edits
         late = self._missing(loaded, edits)
-        if late is not None and walks:
-            return before[1] if before is not None and before[0] == loaded.ref else NO_EDITS
-        if late is not None:
+        if late is not None and not walks:
             report(COMPILING, 0.8)
-            DEVICE_SHARING.wait_for(lambda: late.compiled)
+            walks = self._waits_in_vain(late, viewer)
+        if late is not None and walks:
+            before = self._seen.get(viewer)
+            return before[1] if before is not None and before[0] == loaded.ref else NO_EDITS
         self._seen[viewer] = loaded.ref, edits
         return edits
 
     def leave(self, viewer: int) -> None:
         """Forget what a viewer saw."""
         self._seen.pop(viewer, None)
+        self._end_waits(viewer)
+
+    def _waits_in_vain(self, late: LateKernels, viewer: int) -> bool:
+        """Wait until kernels are compiled; whether the viewer wants something else before."""
+        wait = viewer, object()
+        self._waiting.add(wait)
+        try:
+            DEVICE_SHARING.wait_for(lambda: late.compiled or wait not in self._waiting)
+        finally:
+            self._waiting.discard(wait)
+        return not late.compiled
+
+    def _end_waits(self, viewer: int) -> None:
+        if viewer > STILLS:  # which many share
+            self._waiting = {wait for wait in self._waiting if wait[0] != viewer}
 
     def _missing(self, loaded: LoadedScene, edits: SceneEdits) -> LateKernels | None:
         """Those that are being compiled for a scene with `edits`, from now on if need be; None where none are."""

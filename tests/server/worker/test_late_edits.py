@@ -1,3 +1,4 @@
+from itertools import count
 from unittest.mock import create_autospec
 
 import pytest
@@ -8,7 +9,7 @@ from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, SceneEdits
 from gpu.vpl.light_sets import LightSets
-from server.wire.worker import SceneRef
+from server.wire.worker import STILLS, SceneRef
 from server.worker import late_edits
 from server.worker.late_edits import COMPILING, LateEdits
 from server.worker.loaded_scene import LoadedScene
@@ -60,6 +61,39 @@ def test_who_rests_waits_for_them(box: LoadedScene, late: LateKernels, monkeypat
     assert LateEdits().to_show(box, MIRROR, 1, lambda what, _: told.append(what), walks=False) == MIRROR
     assert late.compiled
     assert told == [COMPILING]
+
+
+@pytest.mark.parametrize("walk", [MIRROR, DIM, None])
+def test_who_moves_on_or_undoes_an_edit_does_not_wait_for_its_frame_at_rest(
+    box: LoadedScene, late: LateKernels, monkeypatch: pytest.MonkeyPatch, walk: SceneEdits | None
+) -> None:
+    """Its frames are shown in the order in which they were asked for."""
+    edits, slept = LateEdits(), count()
+
+    def meanwhile(_: float) -> None:
+        assert next(slept) == 0, "it waits on"
+        if walk is None:
+            edits.leave(1)
+        else:
+            assert edits.to_show(box, walk, 1, silent, walks=True) == DIM
+
+    edits.to_show(box, DIM, 1, silent, walks=True)
+    monkeypatch.setattr("gpu.core.sharing.sleep", meanwhile)
+    assert edits.to_show(box, MIRROR, 1, silent, walks=False) == (NO_EDITS if walk is None else DIM)
+
+
+def test_a_still_waits_whatever_others_are_asked_for(
+    box: LoadedScene, late: LateKernels, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    edits, slept = LateEdits(), count()
+
+    def meanwhile(_: float) -> None:
+        edits.leave(STILLS)
+        late.compiled = next(slept) == 1
+
+    monkeypatch.setattr("gpu.core.sharing.sleep", meanwhile)
+    assert edits.to_show(box, MIRROR, STILLS, silent, walks=False) == MIRROR
+    assert late.compiled
 
 
 def test_what_a_viewer_saw_of_another_scene_is_not_shown(box: LoadedScene, late: LateKernels) -> None:
