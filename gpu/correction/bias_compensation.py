@@ -18,9 +18,12 @@ from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, over_even, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit, connected
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface
 from gpu.direct.direct_light import delta_light, ris_light, samples_by_power
 from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
 from gpu.gbuffer.gbuffer import GBuffer
@@ -138,7 +141,9 @@ def compensating_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, pi
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             return light
-        surface = surface_at(scene, hit, direction)
+        surface = met_at(scene, hit, direction)
+        if scene.part_glass:
+            throughput = wp.cw_mul(throughput, crossed_tint(scene, origin, direction, hit.t, False))
         surface.normal = surface.geometric_normal
         view = -direction
         area = wider * bound_area(paths.bounds, surface.position, surface.normal)

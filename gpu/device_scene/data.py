@@ -68,11 +68,11 @@ class MaterialData:
     """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
-    blend: alpha is the share of the surface that is there; slots: it has so many, from `first_slot` on; coat,
-    coat_roughness, coat_normal_scale: KHR_materials_clearcoat; sheen_color, sheen_roughness: KHR_materials_sheen;
-    film, film_ior, film_least, film_most: KHR_materials_iridescence, the last two of its thickness [nm]; grain:
-    KHR_materials_anisotropy, along grain_turn from where u of the set grain_set grows; through, through_color:
-    KHR_materials_diffuse_transmission.
+    part_glass: as gpu.scene.types.Material.is_part_glass tells; blend: alpha is the share of the surface that is there;
+    slots: it has so many, from `first_slot` on; coat, coat_roughness, coat_normal_scale: KHR_materials_clearcoat;
+    sheen_color, sheen_roughness: KHR_materials_sheen; film, film_ior, film_least, film_most: KHR_materials_iridescence,
+    the last two of its thickness [nm]; grain: KHR_materials_anisotropy, along grain_turn from where u of the set
+    grain_set grows; through, through_color: KHR_materials_diffuse_transmission.
     """
 
     base_color: wp.vec4
@@ -102,6 +102,7 @@ class MaterialData:
     normal_scale: float
     alpha_cutoff: float
     blend: bool
+    part_glass: bool
     double_sided: bool
     unlit: bool
     first_slot: int
@@ -130,8 +131,8 @@ class EnvironmentData:
 @wp.struct
 class SceneData:
     """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after
-    them panes, which are clear glass, `masked_count` alpha-masked, and the last `backdrop_count` a sky around the
-    scene, which only cameras and its light know.
+    them panes, which are clear glass, `masked_count` there in part, by alpha or as glass, and the last `backdrop_count`
+    a sky around the scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,) RGBA8,
@@ -140,11 +141,12 @@ class SceneData:
     so. alpha: rays must test masks, cutouts: textures or vertices tell what there is of some; textured, glossy, coated,
     sheened, filmed, grained, translucent, transmissive, specular: rays may hit textures, narrow specular lobes, clear
     coats, sheen, thin films, grain, what scatters light to its other side, glass, mirrors or clear glass; blended: or
-    BLEND surfaces, which are there in part; sheer: some of them by less than half; one_sided: cameras do not see the
+    surfaces of which rays find a share; sheer: some of them by less than half; one_sided: cameras do not see the
     backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let
-    no light through; coverage: a seed by which rays meet BLEND surfaces with the probability alpha, and panes
-    (gpu.device_scene.panes); HALF: BLEND where alpha is one half or more; WHOLE: wherever it shows at all.
-    through_sheets: panes are not met at random, but crossed straight where they are mostly glass, and met where not.
+    no light through; part_glass: rays may hit sheets that are clear glass in part (gpu.device_scene.part_glass);
+    coverage: a seed by which rays meet what is there in part by its share, and panes (gpu.device_scene.panes);
+    HALF: what is there by one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at
+    random, but sheets crossed straight.
     """
 
     opaque: Bvh
@@ -186,5 +188,6 @@ class SceneData:
     filmed: bool
     grained: bool
     translucent: bool
+    part_glass: bool
     coverage: wp.uint32
     through_sheets: bool

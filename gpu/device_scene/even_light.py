@@ -50,11 +50,19 @@ def even_through(surface: Surface) -> wp.vec3:
 
 
 @wp.func
+def with_mirror(surface: Surface, even: wp.vec3) -> wp.vec3:
+    """What a sheet of glass in part that is not crossed reflects of even light, `even` by the rest of it."""
+    return wp.lerp(even, wp.vec3(1.0, 1.0, 1.0), surface.glass)
+
+
+@wp.func
 def even_matt(surface: Surface, view: wp.vec3) -> wp.vec3:
     """The part of `even_reflectance` that all but the specular lobe has, of a surface with one."""
     matt = even_diffuse(surface)
     if is_fibrous(surface):
         matt += even_sheen(surface, view)
+    if surface.crossed:
+        matt = with_mirror(surface, matt)
     return matt
 
 
@@ -94,6 +102,8 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     even = even_below(surface, view)
     if is_fibrous(surface):
         even += even_sheen(surface, view)
+    if surface.crossed:
+        even = with_mirror(surface, even)
     return even
 
 
@@ -122,9 +132,11 @@ def spread_reflectance(surface: Surface, view: wp.vec3, focused: float) -> wp.ve
     """
     even = even_reflectance(surface, view)
     share = focused * focused_share(surface)
-    if share == 0.0:
-        return even
-    return even - (even - even_matt(surface, view)) * share
+    if share > 0.0:
+        even -= (even - even_matt(surface, view)) * share
+    if surface.crossed:
+        even -= wp.vec3(1.0, 1.0, 1.0) * (surface.glass * focused)
+    return even
 
 
 @wp.func

@@ -21,9 +21,10 @@ SHEER = 0.5 + 1.0e-3
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    masks: triangles that may have holes, which rays look for apart; alpha: holes that let light through; cutouts: as
+    masks: triangles that may be there in part, which rays look for apart; alpha: and let light through; cutouts: as
     `has_cutouts` tells; blend: surfaces that are there in part; sheer: as `has_sheer` tells; glass: any that transmits;
-    panes: as Material.is_clear tells; textures; one_sided: backs that cameras do not see; backdrop: a sky of triangles;
+    panes: as `is_pane` tells; part_glass: as Material.is_part_glass tells; textures; one_sided: backs that cameras do
+    not see; backdrop: a sky of triangles;
     gloss: lobes so narrow that they get rays of their own;
     environment: a picture of the light around; soft: as `has_soft_light` tells; lamps: as `has_several_lamps` tells;
     specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
@@ -55,6 +56,7 @@ class SceneFeatures:
     films: bool = True
     grain: bool = True
     translucent: bool = True
+    part_glass: bool = True
     constants: bool = True
 
     @property
@@ -84,8 +86,8 @@ EVERYTHING = SceneFeatures()
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
     which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats,
-    cloth, thin films, grain and what is translucent, which few scenes have, and which take most of the time that all
-    compile.
+    cloth, thin films, grain, what is translucent and part glass, which few scenes have, and which take most of the time
+    that all compile.
     """
     return replace(
         EVERYTHING,
@@ -97,6 +99,7 @@ def features_of_any(has: SceneFeatures) -> SceneFeatures:
         films=has.films,
         grain=has.grain,
         translucent=has.translucent,
+        part_glass=has.part_glass,
     )
 
 
@@ -124,7 +127,7 @@ def is_specular(material: Material) -> bool:
 
 
 def _frosted(material: Material) -> bool:
-    mixed = material.transmission_slot is not None or not material.is_clear
+    mixed = material.is_part_glass or material.transmission_slot is not None or not material.is_clear
     return material.transmission > 0.0 and mixed and not material.unlit
 
 
@@ -146,9 +149,26 @@ def has_specular(scene: Scene) -> bool:
     return any(is_specular(material) for material in scene.materials)
 
 
+def is_in_part(material: Material) -> bool:
+    """Whether surfaces of `material` may be there in part, by alpha or as glass."""
+    return material.alpha_mode is not AlphaMode.OPAQUE or material.is_part_glass
+
+
+def is_pane(material: Material) -> bool:
+    """Whether surfaces of `material` are clear glass that indirect light passes: whole sheets, and faces of bodies."""
+    return material.is_clear and not material.is_part_glass
+
+
+def triangle_group(material: Material) -> int:
+    """The group of triangles that those of `material` are in, by SceneData's order."""
+    if material.backdrop:
+        return 3
+    return 2 if is_in_part(material) else int(is_pane(material))
+
+
 def has_blend(scene: Scene) -> bool:
-    """Whether `scene` has surfaces that are there in part."""
-    return any(material.alpha_mode is AlphaMode.BLEND for material in scene.materials)
+    """Whether `scene` has surfaces of which rays find a share: of BLEND, or part glass."""
+    return any(material.alpha_mode is AlphaMode.BLEND or material.is_part_glass for material in scene.materials)
 
 
 def has_cutouts(scene: Scene) -> bool:
@@ -160,7 +180,8 @@ def has_cutouts(scene: Scene) -> bool:
 def has_sheer(scene: Scene) -> bool:
     """Whether `scene` has surfaces of which less than half may be there: cameras look past these."""
     blends = [material for material in scene.materials if material.alpha_mode is AlphaMode.BLEND]
-    return any(_least_alpha(scene, material) < SHEER for material in blends)
+    glass = any(material.is_part_glass for material in scene.materials)
+    return glass or any(_least_alpha(scene, material) < SHEER for material in blends)
 
 
 def _least_alpha(scene: Scene, material: Material) -> float:
@@ -190,7 +211,7 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
     as of SceneFeatures.
     """
     materials = scene.materials
-    masks = any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
+    masks = any(is_in_part(material) for material in materials)
     gloss = not lambertian and any(_glossy(material) for material in materials)
     return SceneFeatures(
         masks=masks or assume_alpha,
@@ -199,7 +220,7 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
         blend=not lambertian and has_blend(scene),
         sheer=not lambertian and has_sheer(scene),
         glass=not lambertian and any(material.transmission > 0.0 for material in materials),
-        panes=not lambertian and any(material.is_clear and not material.backdrop for material in materials),
+        panes=not lambertian and any(is_pane(material) and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,
         one_sided=not lambertian and any(material.double_sided is False for material in materials),
         backdrop=any(material.backdrop for material in materials),
@@ -215,5 +236,6 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
         films=not lambertian and any(material.has_film for material in materials),
         grain=not lambertian and any(material.has_grain for material in materials),
         translucent=not lambertian and any(material.is_translucent for material in materials),
+        part_glass=not lambertian and any(material.is_part_glass for material in materials),
         constants=constants,
     )

@@ -8,11 +8,13 @@ by following it (gpu.lights.caustic_map). Rays of indirect light pass all panes.
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.glass import glass_fresnel
+from gpu.device_scene.offsets import OFFSET_ULP
+from gpu.device_scene.part_glass import crossing_share, is_part_glass, part_at, uncrossed
 from gpu.device_scene.rays import (
+    LEAST_LEFT,
     MAX_ALPHA_LAYERS,
-    OFFSET_ULP,
     any_hit,
     first_hit,
     first_surface,
@@ -22,9 +24,6 @@ from gpu.device_scene.rays import (
 )
 from gpu.device_scene.sides import layer_sample
 from gpu.device_scene.surface import Surface, surface_at
-
-# Of a sheet's share of glass, which a texture may make less.
-MOSTLY = wp.constant(0.5)
 
 
 @wp.struct
@@ -39,20 +38,6 @@ class TintedHit:
 def is_pane(scene: SceneData, face: int) -> bool:
     """Whether a triangle is one of a pane."""
     return face >= scene.opaque_count and face < scene.opaque_count + scene.pane_count
-
-
-@wp.func
-def crossing_share(surface: Surface, direction: wp.vec3) -> float:
-    """The share of light along unit `direction` that goes straight through a sheet, before its tint; 0 for bodies."""
-    if not surface.thin:
-        return 0.0
-    return surface.glass * (1.0 - glass_fresnel(surface, wp.dot(surface.normal, direction)))
-
-
-@wp.func
-def is_mostly_glass(surface: Surface) -> bool:
-    """Whether a sheet is taken for glass, by rays that meet nothing at random; no body is."""
-    return surface.thin and surface.glass >= MOSTLY
 
 
 @wp.func
@@ -73,6 +58,53 @@ def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: f
 
 
 @wp.func
+def layer_after(scene: SceneData, origin: wp.vec3, direction: wp.vec3, start: float, end: float, culls: bool) -> Hit:
+    """The first triangle from `start` to `end` of a ray that is there in part; as of gpu.device_scene.rays.first_hit,
+    but that hit.t is from the origin on.
+    """
+    layer = first_hit(scene.masked, origin + direction * start, direction, end - start, culls)
+    layer.t += start
+    if layer.face != NO_HIT:
+        layer.face += scene.opaque_count + scene.pane_count
+    return layer
+
+
+@wp.func
+def left_by_parts(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float) -> wp.vec3:
+    """As `unmasked`, tinted, in scenes with part glass."""
+    left = wp.vec3(1.0, 1.0, 1.0)
+    start = float(0.0)
+    for _layer in range(MAX_ALPHA_LAYERS):
+        layer = layer_after(scene, origin, direction, start, length, False)
+        if layer.face == NO_HIT:
+            return left
+        left = wp.cw_mul(left, part_at(scene, layer, direction).passes)
+        if largest(left) < LEAST_LEFT:
+            return wp.vec3(0.0, 0.0, 0.0)
+        start = layer.t + OFFSET_ULP
+    return left
+
+
+@wp.func
+def crossed_tint(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float, culls: bool) -> wp.vec3:
+    """How part glass tints light on the open segment of `length` from `origin` along unit `direction`, of a ray that
+    has met none of it there; culls: nor knows backs that can be culled.
+    """
+    tint = wp.vec3(1.0, 1.0, 1.0)
+    if scene.part_glass:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            layer = layer_after(scene, origin, direction, start, length - OFFSET_ULP, culls)
+            if layer.face == NO_HIT:
+                return tint
+            if is_part_glass(scene, layer.face):
+                part = part_at(scene, layer, direction)
+                tint = wp.cw_mul(tint, part.passes / wp.max(1.0 - part.there, 1.0e-6))
+            start = layer.t + OFFSET_ULP
+    return tint
+
+
+@wp.func
 def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> wp.vec3:
     """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind panes and BLEND."""
     nothing = wp.vec3(0.0, 0.0, 0.0)
@@ -83,6 +115,9 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
         return wp.vec3(1.0, 1.0, 1.0)
     if scene.opaque_count > 0 and any_hit(scene.opaque, segment.origin, segment.direction, segment.length):
         return nothing
+    if scene.part_glass:
+        parts = left_by_parts(scene, segment.origin, segment.direction, segment.length)
+        return wp.cw_mul(transmitted(scene, segment.origin, segment.direction, segment.length), parts)
     left = unmasked(scene, segment.origin, segment.direction, segment.length)
     if left == 0.0:
         return nothing
@@ -90,10 +125,8 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
 
 
 @wp.func
-def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
-    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; with
-    `scene.through_sheets` rays cross what is mostly glass, dimmed by what that reflects, and meet the others.
-    """
+def meet_panes(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
+    """`meet` without the tint of part glass."""
     met = TintedHit()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
     met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
@@ -107,8 +140,8 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             start += pane.t
             surface = surface_at(scene, pane, direction)
             crosses = crossing_share(surface, direction)
-            if scene.through_sheets and is_mostly_glass(surface):
-                met.tint = wp.cw_mul(met.tint, surface.albedo * (crosses / surface.glass))
+            if scene.through_sheets and surface.thin:
+                met.tint = wp.cw_mul(met.tint, surface.albedo * crosses)
             elif scene.through_sheets or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
                 met.hit = pane
                 met.hit.t = start
@@ -116,6 +149,17 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             else:
                 met.tint = wp.cw_mul(met.tint, surface.albedo)
             start += OFFSET_ULP
+    return met
+
+
+@wp.func
+def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
+    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; with
+    `scene.through_sheets` rays cross panes, dimmed by what these reflect.
+    """
+    met = meet_panes(scene, origin, direction, cull_backs)
+    if scene.part_glass:
+        met.tint = wp.cw_mul(met.tint, crossed_tint(scene, origin, direction, met.hit.t, cull_backs))
     return met
 
 
@@ -136,13 +180,14 @@ def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs
 
 @wp.func
 def met_of(scene: SceneData, face: int, direction: wp.vec3, surface: Surface) -> Surface:
-    """What rays along unit `direction` meet of a `surface` of triangle `face`: of a pane that is crossed by chance,
+    """What rays along unit `direction` meet of a `surface` of triangle `face`: of a sheet that is crossed by chance,
     what it is to those that do not cross it.
     """
-    if is_pane(scene, face) and (not scene.through_sheets or is_mostly_glass(surface)):
-        crosses = crossing_share(surface, direction)
-        surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
-        surface.crossed = surface.thin
+    crossed = is_pane(scene, face)
+    if scene.part_glass:
+        crossed = crossed or is_part_glass(scene, face)
+    if crossed:
+        return uncrossed(surface, direction)
     return surface
 
 

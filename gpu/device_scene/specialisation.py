@@ -18,7 +18,7 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
 
 # What it takes to read a surface's look: whether rays pass its triangle, its textures, and what seldom is there.
-LOOK = ("masks", "alpha", "cutouts", "textures", "sheen", "films", "grain", "translucent")
+LOOK = ("masks", "alpha", "cutouts", "textures", "sheen", "films", "grain", "translucent", "part_glass")
 
 # What kernels are told by constants alone. The compiler for CPUs follows these into few functions: kernels for scenes
 # without it are no faster there, and those for all scenes are compiled once.
@@ -56,13 +56,19 @@ def made_for(*names: str) -> Callable[[KernelMaker[*Rest]], KernelMaker[*Rest]]:
 
 
 def masks_of(scene: SceneData) -> SceneFeatures:
-    """All features, but masks only as `scene` has them for rays of a renderer (DeviceScene.view)."""
-    return replace(EVERYTHING, masks=scene.alpha or scene.masked_count > 0, alpha=scene.alpha, cutouts=scene.cutouts)
+    """All features, but masks and part glass only as `scene` has them for rays of a renderer (DeviceScene.view)."""
+    masks = scene.alpha or scene.masked_count > 0
+    return replace(EVERYTHING, masks=masks, alpha=scene.alpha, cutouts=scene.cutouts, part_glass=scene.part_glass)
 
 
 def cutouts_of(scene: SceneData) -> SceneFeatures:
-    """All features, but no cutouts where rays of a renderer test masks and find none."""
-    return replace(EVERYTHING, cutouts=scene.cutouts or not scene.alpha)
+    """All features, but no cutouts and part glass where rays of a renderer test masks and find none."""
+    return replace(EVERYTHING, cutouts=scene.cutouts or not scene.alpha, part_glass=scene.part_glass)
+
+
+def part_glass_of(scene: SceneData) -> SceneFeatures:
+    """All features, but part glass only as `scene` has it for rays of a renderer."""
+    return replace(EVERYTHING, part_glass=scene.part_glass)
 
 
 @cache
@@ -128,6 +134,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.grained = False
         if wp.static(not features.translucent):
             scene.translucent = False
+        if wp.static(not features.part_glass):
+            scene.part_glass = False
         return scene
 
     return specialise

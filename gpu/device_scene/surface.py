@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.device_scene.data import EMISSION, Hit, SceneData
-from gpu.device_scene.rays import drawn_back
+from gpu.device_scene.offsets import drawn_back
 from gpu.device_scene.sheen import LEAST_ROUGHNESS, sheen_reflectance
 from gpu.device_scene.sides import emits_from_back, solid_share, triangle_normal
 from gpu.device_scene.textures import NO_MAP, sample_use, texels_at

@@ -49,6 +49,7 @@ from gpu.device_scene.features import (
     has_sheer,
     has_specular,
     scene_features,
+    triangle_group,
 )
 from gpu.device_scene.moved_tree import MovedTree, TreeFacts, facts_of
 from gpu.device_scene.ray_cost import check_ray_cost
@@ -116,6 +117,7 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
         row[name] = getattr(material, name)
     row["thin"], row["absorption"] = material.thickness == 0.0, _absorption(material, units_per_length)
     row["alpha_cutoff"], row["blend"] = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
+    row["part_glass"] = material.is_part_glass
     row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
     row["coat_normal_scale"] = material.clearcoat_normal_scale
     row["film"], row["film_ior"] = material.iridescence, material.iridescence_ior
@@ -124,15 +126,6 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["grain_turn"] = cos(material.anisotropy_rotation), sin(material.anisotropy_rotation)
     row["through"], row["through_color"] = material.diffuse_transmission, material.diffuse_transmission_color
     row["double_sided"] = bool(material.double_sided)
-
-
-def _kind(material: Material) -> int:
-    """The group of triangles that those of `material` are in, by SceneData's order."""
-    if material.backdrop:
-        return 3
-    if material.alpha_mode is not AlphaMode.OPAQUE:
-        return 2
-    return int(material.is_clear)
 
 
 def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
@@ -185,8 +178,8 @@ class DeviceScene:
     general: whether renderers of it take it for one that may have everything, so that they launch general kernels;
     constants: as of SceneFeatures.
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
-    panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist,
-    SceneError where so many triangles overlap that rays would take too long.
+    panes, then what is there in part, then a backdrop's, to the scene's. Raises DeviceError when `device` does not
+    exist, SceneError where so many triangles overlap that rays would take too long.
     """
 
     general: bool
@@ -206,7 +199,7 @@ class DeviceScene:
         self._lent: frozenset[str] = frozenset()
         self.device = choose_device(device)
         self.constants = bool(self.device.is_cuda) if lender is None else lender.constants
-        kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
+        kind = np.array([triangle_group(material) for material in scene.materials])[scene.triangle_material]
         numbers = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
         self.triangle_order: Ints = numbers
         materials = scene.triangle_material[numbers]
@@ -274,7 +267,8 @@ class DeviceScene:
         """
         known = self.scene
         same = scene.materials is known.materials
-        kinds = same or [_kind(it) for it in scene.materials] == [_kind(it) for it in known.materials]
+        groups = ([triangle_group(material) for material in one.materials] for one in (scene, known))
+        kinds = same or next(groups) == next(groups)
         if scene.triangles is not known.triangles or not kinds:
             return DeviceScene(scene, str(self.device), self)
         other = copy(self)
@@ -425,6 +419,7 @@ class DeviceScene:
         data.filmed = any(material.has_film for material in scene.materials)
         data.grained = any(material.has_grain for material in scene.materials)
         data.translucent = any(material.is_translucent for material in scene.materials)
+        data.part_glass = any(material.is_part_glass for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky may show the same picture."""
@@ -490,6 +485,7 @@ class DeviceScene:
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         data.blended, data.sheer = data.blended and not lambertian, data.sheer and not lambertian
         data.translucent = data.translucent and not lambertian
+        data.part_glass = data.part_glass and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha

@@ -119,7 +119,7 @@ def learnt_pick(selection: LightSelection, bins: int, x: float) -> LightPick:
     return pick
 
 
-@made_for("masks", "alpha", "cutouts", "textures", "panes", "environment", "translucent")
+@made_for("masks", "alpha", "cutouts", "textures", "panes", "environment", "translucent", "part_glass")
 def probe_lights_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, translucent = specialisation(features), features.translucent

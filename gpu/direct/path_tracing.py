@@ -19,8 +19,8 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.glass import attenuated
+from gpu.device_scene.offsets import offset_origin
 from gpu.device_scene.panes import meet, met_surface, transmittance
-from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import (
     choose_part,
     is_narrow,

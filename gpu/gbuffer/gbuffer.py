@@ -160,7 +160,7 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     specialise, frosted, coats, fibrous, films, grained = (
         specialisation(features), features.frosted, features.coats, features.sheen, features.films, features.grain
     )  # fmt: skip
-    translucent = features.translucent
+    translucent, part_glass = features.translucent, features.part_glass
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
@@ -207,17 +207,24 @@ def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
             even -= (even - even_matt(surface, end.to_viewer)) * traced_share(surface.roughness, surface.f90)
         if wp.static(frosted and lobes is Lobes.TRACED):
             # Of what is no glass the lobes count as even.
-            matt = even_reflectance(surface, end.to_viewer) * (1.0 - surface.glass)
-            even = wp.where(surface.glass > 0.0, matt, even)
+            glass = surface.glass
+            surface.glass = 0.0
+            matt = even_reflectance(surface, end.to_viewer) * (1.0 - glass)
+            even = wp.where(glass > 0.0, matt, even)
             if wp.static(translucent):
-                surface.through = surface.through * (1.0 - surface.glass)
+                surface.through = surface.through * (1.0 - glass)
                 matt -= surface.through
-            surface.diffuse = wp.where(surface.glass > 0.0, matt, surface.diffuse)
-            surface.f90 = wp.where(surface.glass > 0.0, 0.0, surface.f90)
+            surface.diffuse = wp.where(glass > 0.0, matt, surface.diffuse)
+            surface.f90 = wp.where(glass > 0.0, 0.0, surface.f90)
+        if wp.static(part_glass and lobes is Lobes.EVEN):
+            left = 1.0 - wp.where(surface.crossed, surface.glass, 0.0)  # without mirrors, which are but of even light
+            surface.diffuse = surface.diffuse * left
+            surface.f0 = surface.f0 * left
+            surface.f90 = surface.f90 * left
         if wp.static(films):
-            left = left_by_veil(surface, end.to_viewer)
-            surface.diffuse = wp.cw_mul(surface.diffuse, left)
-            surface.through = wp.cw_mul(surface.through, left)
+            clear = left_by_veil(surface, end.to_viewer)
+            surface.diffuse = wp.cw_mul(surface.diffuse, clear)
+            surface.through = wp.cw_mul(surface.through, clear)
         out.albedo[pixel] = even
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0

@@ -16,10 +16,12 @@ from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe, specular_share
 from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
+from gpu.device_scene.offsets import OFFSET_ULP, offset_origin
 from gpu.device_scene.panes import meet, meet_sheet, met_surface
-from gpu.device_scene.rays import OFFSET_ULP, offset_origin, seen_hit
+from gpu.device_scene.part_glass import part_at
+from gpu.device_scene.rays import seen_hit
 from gpu.device_scene.scattering import choose_part, coat_share, is_perfect, part_of, sample_scattering
-from gpu.device_scene.sides import ray_coverage, solid_share
+from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.gbuffer.camera_rays import CameraRay
 from gpu.gbuffer.veils import past_veil
@@ -243,10 +245,11 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
         end.length += met.hit.t
         if scene.blended and splits:
-            share = solid_share(scene, met.hit.face, met.hit.u, met.hit.v)
-            if share < 1.0:
+            seen = part_at(scene, met.hit, direction)
+            if seen.there < 1.0:
                 splits = False
-                end.throughput = end.throughput * wp.where(other, 1.0 - share, share)
+                shown = wp.vec3(1.0, 1.0, 1.0) * seen.there
+                end.throughput = wp.cw_mul(end.throughput, wp.where(other, seen.passes, shown))
                 if other:
                     origin = origin + direction * (met.hit.t + OFFSET_ULP)
                     continue
@@ -285,6 +288,8 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
                 return end
             end.face = met.hit.face
             end.surface = surface
+            if scene.part_glass and surface.crossed and samples.frame_index[0] >= 0:
+                end.surface.glass = 0.0  # what it mirrors is of other chains
             if chosen.coat:
                 end.surface = part
             elif not samples.lobes:

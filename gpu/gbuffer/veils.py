@@ -1,4 +1,5 @@
-"""Veils, as surfaces of BLEND are called here: what of them cameras see whose chains are not drawn, and what behind.
+"""Veils, as surfaces that are there in part are called here: what of them cameras see whose chains are not drawn, and
+what behind.
 
 Such rays meet what is there by half or more, and cross the rest (gpu.device_scene.sides). At the first veil of a way
 both are shown, each by its share; further ones are met whole or not at all, so that no light is lost.
@@ -8,8 +9,8 @@ import warp as wp
 
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.panes import TintedHit
+from gpu.device_scene.part_glass import part_at
 from gpu.device_scene.rays import first_hit, first_surface
-from gpu.device_scene.sides import solid_share
 
 
 @wp.struct
@@ -38,7 +39,7 @@ def past_veil(scene: SceneData, origin: wp.vec3, direction: wp.vec3, met: Tinted
         if pane.face != NO_HIT:
             veil.face = NO_HIT
     if veil.face != NO_HIT:
-        share = solid_share(scene, veil.face, veil.u, veil.v)
+        share = part_at(scene, veil, direction).there
         shown.veiled = share < 0.5  # else it is what the ray met, after all, by rounding
         if shown.veiled and (met.hit.face == NO_HIT) != other:
             shown.met.hit = veil

@@ -54,7 +54,7 @@ class CutMap:
     free: wp.array[float]
 
 
-@made_for("masks", "alpha", "cutouts")
+@made_for("masks", "alpha", "cutouts", "part_glass")
 def cut_disk_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -1,14 +1,14 @@
 """Indirect light with a shadow ray to each VPL. Eq. 5 of the 2022 paper."""
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.kahan import Sum, kahan_add
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connection
+from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -20,9 +20,12 @@ from gpu.vpl.vpl_clusters import VplClusters
 from gpu.vpl.vpl_lobes import VplLobes, by_lobe, no_lobes
 
 
-@cache
-def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
+@made_for("part_glass")
+def exact_gather_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kernel:
+    """The kernel for scenes of these `features` that traces with `connect`, gpu.device_scene.rays.connected or a
+    variant of it.
+    """
+    specialise = specialisation(features)
 
     @wp.kernel(module="unique")
     def exact_gather_kernel(
@@ -37,6 +40,8 @@ def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
         out: Indirect,
     ) -> None:
         """One thread an SP: adds the light of VPL clusters begin … end − 1, with a shadow ray to each."""
+        if wp.static(features.part_glass):
+            scene = specialise(scene)
         sp = first + wp.tid()
         if sp >= points.count[0]:
             return
@@ -72,4 +77,10 @@ def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClus
     lobes: of single VPLs, where each of `vpls` is one.
     """
     inputs = [scene, gbuffer, sps.points, vpls, lobes or no_lobes(), begin, end, out]
-    launch(exact_gather_kernel(connection(scene)), sps.capacity, inputs, sps.device, weight=end - begin)
+    launch(
+        exact_gather_kernel(part_glass_of(scene), connection(scene)),
+        sps.capacity,
+        inputs,
+        sps.device,
+        weight=end - begin,
+    )

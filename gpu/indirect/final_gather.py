@@ -11,10 +11,17 @@ from gpu.core.intrinsics import float_least, lanes_of, vector_sum
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.part_glass import met_at
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
 from gpu.indirect.bright_photons import BrightPhotons, allocate_bright, find_bright, ray_share
-from gpu.indirect.gather_rays import RayEnds, coherent_order, gather_direction, gather_ray_kernel, list_unknown
+from gpu.indirect.gather_rays import (
+    RayEnds,
+    coherent_order,
+    gather_direction,
+    gather_ray_kernel,
+    gather_tint,
+    list_unknown,
+)
 from gpu.indirect.guided_rays import GuidedRays, allocate_guided, trace_guided
 from gpu.indirect.illumination import Illumination
 from gpu.indirect.onward_paths import ONWARD_PARAMETERS, onward, onward_kernel
@@ -58,7 +65,7 @@ def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -
         if hit.face == NO_HIT:
             return
         direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
-        surface = surface_at(scene, hit, direction)
+        surface = met_at(scene, hit, direction)
         estimate = lookup(lit, surface.position, surface.geometric_normal)
         if estimate.known:
             cluster = index // rays
@@ -68,6 +75,9 @@ def read_light_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -
             share = ray_share(bright, estimate.irradiance, way, normal, surface.geometric_normal, ratio)
             light = wp.cw_mul(even_reflectance(surface, -direction), estimate.irradiance) / PI
             radiance[index] = light * share
+            if scene.part_glass:
+                tint = gather_tint(scene, clusters, hit, direction, cluster)
+                radiance[index] = wp.cw_mul(radiance[index], tint)
         else:
             ends.unknown[index] = 1
 

@@ -13,10 +13,11 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated, glass_density, glass_value, sample_side, side_share
+from gpu.device_scene.offsets import offset_origin
 from gpu.device_scene.panes import meet, met_surface, transmittance
-from gpu.device_scene.rays import offset_origin
+from gpu.device_scene.part_glass import met_at
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, hit_at, surface_at
+from gpu.device_scene.surface import Surface, hit_at
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
@@ -121,7 +122,7 @@ def frosted_ray_kernel(features: SceneFeatures) -> wp.Kernel:
             return
         scene = specialise(scene)
         view = gbuffer.to_camera[pixel]
-        surface = surface_at(scene, hit_at(scene, face, gbuffer.position[pixel]), -view)
+        surface = met_at(scene, hit_at(scene, face, gbuffer.position[pixel]), -view)
         share = surface.glass
         if share == 0.0:
             return

@@ -11,7 +11,9 @@ from gpu.core.device import RAY_REGISTERS, launch
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -47,6 +49,13 @@ def gather_direction(clusters: ShadingClusters, order: wp.array[int], seeds: wp.
     """Direction of the ray at a place of the `order` of a cluster's, with density cosθ/π; seeds: one element."""
     point = sobol_pair(order[place], 0, pixel_seed(cluster, seeds[0]))
     return cosine_direction(clusters.normal[cluster], point.y, point.x)
+
+
+@wp.func
+def gather_tint(scene: SceneData, clusters: ShadingClusters, hit: Hit, direction: wp.vec3, cluster: int) -> wp.vec3:
+    """How part glass tints what a ray of a cluster's along unit `direction` has `hit`."""
+    origin = offset_origin(clusters.position[cluster], clusters.geometric_normal[cluster], direction)
+    return crossed_tint(scene, origin, direction, hit.t, False)
 
 
 @made_for(*LOOK)

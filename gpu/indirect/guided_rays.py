@@ -10,9 +10,11 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
 from gpu.indirect.bright_photons import BrightPhotons, any_bright, draw_bright, ray_share
 from gpu.indirect.illumination import Illumination
 from gpu.sampling.sobol import pixel_seed, sobol_pair
@@ -74,7 +76,7 @@ def guided_ray(lookup: wp.Function, data: Any) -> wp.Function:
         hit = closest_hit(scene, origin, light.direction, RAY_LENGTH)
         if hit.face == NO_HIT or wp.abs(hit.t - distance) > NEAR_PHOTON * distance:
             return light
-        surface = surface_at(scene, hit, light.direction)
+        surface = met_at(scene, hit, light.direction)
         estimate = lookup(lit, surface.position, surface.geometric_normal)
         way = surface.position - position
         share = ray_share(bright, estimate.irradiance, way, normal, surface.geometric_normal, ratio)
@@ -82,6 +84,10 @@ def guided_ray(lookup: wp.Function, data: Any) -> wp.Function:
             reflected = even_reflectance(surface, -light.direction) * (share / PI)
             light.radiance = wp.cw_mul(reflected, estimate.irradiance)
             light.earlier = wp.cw_mul(reflected, estimate.earlier)
+            if scene.part_glass:
+                tint = crossed_tint(scene, origin, light.direction, hit.t, False)
+                light.radiance = wp.cw_mul(light.radiance, tint)
+                light.earlier = wp.cw_mul(light.earlier, tint)
         return light
 
     return ray

@@ -70,7 +70,7 @@ def allocate_weights(sps: int, device: wp.Device) -> CentreWeights:
     return weights
 
 
-@made_for("masks", "alpha", "cutouts")
+@made_for("masks", "alpha", "cutouts", "part_glass")
 def weigh_centres_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

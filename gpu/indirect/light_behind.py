@@ -15,9 +15,12 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface
 from gpu.gbuffer.gbuffer import GBuffer, behind_share
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -123,10 +126,13 @@ def behind_photon_kernel(features: SceneFeatures, lookup: wp.Function, data: Any
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return
-            surface = surface_at(scene, hit, direction)
+            surface = met_at(scene, hit, direction)
             estimate = lookup(lit, surface.position, surface.geometric_normal)
             if estimate.known:
                 light[pixel] = wp.cw_mul(share, wp.cw_mul(even_reflectance(surface, -direction), estimate.irradiance))
+                if scene.part_glass:
+                    tint = crossed_tint(scene, origin, direction, hit.t, False)
+                    light[pixel] = wp.cw_mul(light[pixel], tint)
                 return
 
     return behind_photon_kernel

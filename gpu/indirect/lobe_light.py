@@ -17,8 +17,8 @@ from gpu.device_scene.bsdf import all_diffuse, largest, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import even_reflectance
 from gpu.device_scene.glass import attenuated
+from gpu.device_scene.offsets import offset_origin
 from gpu.device_scene.panes import meet, met_surface
-from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import choose_part, part_of, sample_scattering
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface

@@ -16,7 +16,9 @@ from gpu.core.parameters import parameters
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import blocking, closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.rays import blocking, closest_hit
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.specialisation import cutouts_of, made_for, masks_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
@@ -33,6 +35,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 # Of the sample sequences of a frame's seed, one that nothing else takes.
 NEAR_PAIR = wp.constant(64)
+TINT_PAIR = wp.constant(63)
 
 
 @wp.struct
@@ -92,7 +95,7 @@ def ray_period(frames: int, chosen: NearFieldParameters) -> int:
     return wp.where(frames > 0, chosen.known_period, 1)
 
 
-@made_for("masks", "alpha", "cutouts")
+@made_for("masks", "alpha", "cutouts", "part_glass")
 def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
@@ -132,6 +135,10 @@ def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
         hit = closest_hit(scene, origin, direction, length)
         if hit.face == NO_HIT:
             return
+        if scene.part_glass:
+            tint = crossed_tint(scene, origin, direction, hit.t, False)
+            if sobol_pair(sp, TINT_PAIR, seed[0]).x > (tint[0] + tint[1] + tint[2]) / 3.0:
+                return  # as much as is absorbed, of all colours
         normal = triangle_normal(scene, hit.face)
         rays.position[sp] = origin + direction * hit.t
         rays.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
@@ -156,7 +163,7 @@ def near_field_vpl_kernel(first: int, lit: RadiosityCache, chosen: NearFieldPara
         rays.share[sp] = lacking_area(lit, rays.position[sp], rays.normal[sp], scale)
 
 
-@made_for("cutouts")
+@made_for("cutouts", "part_glass")
 def near_field_light_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.Kernel:
     """The kernel that looks along the surface with `blocked`, as of is_apart_of."""
     specialise, is_apart = specialisation(features), is_apart_of(blocked)
@@ -178,7 +185,7 @@ def near_field_light_kernel(features: SceneFeatures, blocked: wp.Function) -> wp
         Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
         there. frames: as of the rays.
         """
-        if wp.static(not features.cutouts):
+        if wp.static(features.part_glass or not features.cutouts):
             scene = specialise(scene)
         sp = first + wp.tid()
         rays.found[sp] = 0

@@ -12,8 +12,9 @@ from gpu.core.device import RAY_REGISTERS
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.panes import transmittance, transmitted
-from gpu.device_scene.rays import closest_hit, lifted
+from gpu.device_scene.offsets import lifted
+from gpu.device_scene.panes import crossed_tint, transmittance, transmitted
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.lights.light_sampling import light_at_hit, sample_light
@@ -102,8 +103,13 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         met = light_at_hit(scene, table, table.all_emitters, origin, direction, hit)
         density = wp.dot(direction, normal) / PI
+        tint = wp.vec3(1.0, 1.0, 1.0)
+        if scene.part_glass:
+            tint = crossed_tint(scene, origin, direction, hit.t, False)
         if largest(met.radiance) > 0.0 and density > 0.0:
             emitted = wp.cw_mul(met.radiance, transmitted(scene, origin, direction, hit.t))
+            if scene.part_glass:
+                emitted = wp.cw_mul(emitted, tint)
             total += wp.cw_mul(surface.spread, emitted) * (PI * share * density / (density + met.density))
         if paths.bounces > 1 and hit.face != NO_HIT:
             end = origin + direction * hit.t
@@ -113,7 +119,10 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
             if other >= 0:
                 apart = is_apart(scene, end, side, origin, lit.position[other], paths.clearance)
                 if not apart:
-                    total += wp.cw_mul(surface.even, lit.radiosity[other]) * share
+                    known = wp.cw_mul(surface.even, lit.radiosity[other]) * share
+                    if scene.part_glass:
+                        known = wp.cw_mul(known, tint)
+                    total += known
         light[pixels[sp]] = total
         found[sp] = 1
 

@@ -20,12 +20,14 @@ from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.panes import transmittance
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint, transmittance
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface
 from gpu.indirect.bright_photons import BrightPhotons, any_bright, ray_share
-from gpu.indirect.gather_rays import RayEnds, gather_direction
+from gpu.indirect.gather_rays import RayEnds, gather_direction, gather_tint
 from gpu.indirect.guided_rays import GUIDED_PAIR, guided_ray
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
@@ -112,12 +114,17 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
         number = order[index % rays]
         seed = pixel_seed(index // rays, seeds[0])
         direction = gather_direction(clusters, order, seeds, index // rays, index % rays)
-        surface = surface_at(scene, ends.hits[index], direction)
+        surface = met_at(scene, ends.hits[index], direction)
         if is_translucent(surface):
             surface = matt_side(surface, -direction, 1.0, sobol_pair(number, SIDE_PAIR, seed).x)
         throughput = even_reflectance(surface, -direction) / PI
         # Of light from emitters: caustics have the rest.
         spread = spread_reflectance(surface, -direction, 1.0) / PI
+        tint = wp.vec3(1.0, 1.0, 1.0)
+        if scene.part_glass:
+            tint = gather_tint(scene, clusters, ends.hits[index], direction, index // rays)
+            throughput = wp.cw_mul(throughput, tint)
+            spread = wp.cw_mul(spread, tint)
         light = radiance[index]
         ends.unknown[index] = 0
         vertices = wp.min(part.chosen.vertices, part.bounces)
@@ -131,6 +138,9 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
             direction = cosine_direction(normal, place.x, place.y)
             origin = offset_origin(surface.position, normal, direction)
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            if scene.part_glass:
+                tint = crossed_tint(scene, origin, direction, hit.t, False)
+                spread = wp.cw_mul(spread, tint)
             if vertex >= part.begin:
                 met = light_at_hit(scene, part.table, part.table.all_emitters, origin, direction, hit)
                 density = wp.dot(direction, normal) / PI
@@ -143,8 +153,10 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
                 light += wp.cw_mul(throughput, bright.earlier) * PI
             if hit.face == NO_HIT:
                 break
+            if scene.part_glass:
+                throughput = wp.cw_mul(throughput, tint)
             way = -surface.position
-            surface = surface_at(scene, hit, direction)
+            surface = met_at(scene, hit, direction)
             way += surface.position
             if vertex >= part.begin:
                 estimate = lookup(lit, surface.position, surface.geometric_normal)

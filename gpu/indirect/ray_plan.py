@@ -148,7 +148,7 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
     picks[index] = pick
 
 
-@made_for("cutouts")
+@made_for("cutouts", "part_glass")
 def arriving_light_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kernel:
     """The kernel that traces with `see`, as gpu.indirect.visibility.visibility_ray_kernel."""
     specialise = specialisation(features)
@@ -159,7 +159,7 @@ def arriving_light_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kerne
         """One thread an ARRIVAL_RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray,
         place), their light where the pick of one of them, chosen by it, is seen, else 0.
         """
-        if wp.static(not features.cutouts):
+        if wp.static(features.part_glass or not features.cutouts):
             scene = specialise(scene)
         index = first + wp.tid()
         fresh = sps.fresh[0]

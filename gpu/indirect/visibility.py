@@ -40,7 +40,7 @@ ALL_BITS = 0xFFFFFFFF
 SPREAD = wp.constant(4)
 
 
-@made_for("cutouts")
+@made_for("cutouts", "part_glass")
 def visibility_ray_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kernel:
     """The kernel that traces with `see`, one of gpu.device_scene.rays.connected, unblocked and those of solid
     scenes.
@@ -63,7 +63,7 @@ def visibility_ray_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kerne
         Where rays are few, only each SPREAD-th thread has one: fewer wait for each other. pairs (ray,): which pair each
         is, of gpu.indirect.ray_plan.
         """
-        if wp.static(not features.cutouts):
+        if wp.static(features.part_glass or not features.cutouts):
             scene = specialise(scene)
         thread = first + wp.tid()
         length = length_of(run, sps)

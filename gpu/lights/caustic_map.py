@@ -58,7 +58,7 @@ def widest_radius(paths: int) -> float:
     return min(sqrt(NEIGHBOURS * spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
 
 
-@made_for("masks", "alpha", "cutouts")
+@made_for("masks", "alpha", "cutouts", "part_glass")
 def photon_disk_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -5,7 +5,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.environment import sample_environment
-from gpu.device_scene.rays import POINT_GAP
+from gpu.device_scene.offsets import POINT_GAP
 from gpu.device_scene.sides import emits_from_back, triangle_normal
 from gpu.device_scene.surface import emitted_at
 from gpu.lights.light_table import (

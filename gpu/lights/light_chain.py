@@ -5,8 +5,8 @@ import warp as wp
 from gpu.device_scene.bsdf import BsdfSample, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated
+from gpu.device_scene.offsets import offset_origin
 from gpu.device_scene.panes import meet, met_surface
-from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample_scattering
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface

@@ -19,11 +19,14 @@ from gpu.device_scene.even_light import (
 )
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.glass import attenuated
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.scattering import focus_of
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface
 from gpu.lights.emission import emit
 from gpu.lights.light_chain import Flight, sent_on, unscattered
 from gpu.lights.light_table import LightTable
@@ -176,7 +179,10 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             hit = closest_hit(scene, flight.origin, flight.direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return
-            surface = surface_at(scene, hit, flight.direction)
+            surface = met_at(scene, hit, flight.direction)
+            if scene.part_glass and bounce > begin:
+                tint = crossed_tint(scene, flight.origin, flight.direction, hit.t, False)
+                flight.flux = wp.cw_mul(flight.flux, tint)
             to_light = -flight.direction
             slot = path * bounces + bounce
             place = sobol_pair(path, 3 + 2 * bounce, seed)
@@ -197,6 +203,10 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             whole = even_reflectance(surface, to_light)
             reflectance = whole
             arrives = flight.flux
+            if scene.part_glass and bounce == begin:
+                surface.glass = 0.0  # as `unscattered` has chosen
+                reflectance = even_reflectance(surface, to_light)
+                arrives = wp.cw_div(wp.cw_mul(flight.flux, reflectance), wp.max(whole, LEAST_REFLECTED))
             if is_translucent(surface):
                 surface = matt_side(surface, to_light, focused, sobol_pair(path, SIDE_PAIR + bounce, seed).x)
                 reflectance = surface.diffuse
@@ -213,6 +223,14 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
                 focused = 0.0
             if wp.static(not arriving and not lobes):
                 out.flux[slot] = wp.cw_mul(flight.flux, reflectance)
+            if scene.part_glass and surface.crossed:
+                if choice.y < surface.glass:
+                    normal = surface.geometric_normal
+                    flight.direction = normal * (2.0 * wp.dot(normal, to_light)) - to_light
+                    flight.origin = offset_origin(surface.position, normal, flight.direction)
+                    continue
+                surface.glass = 0.0
+                reflectance = even_reflectance(surface, to_light)
             way = way_on(surface, to_light, reflectance, choice.x, place.x, place.y)
             if way.chance <= 0.0:
                 return

@@ -198,7 +198,7 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     return disk
 
 
-@made_for("masks", "alpha", "cutouts")
+@made_for("masks", "alpha", "cutouts", "part_glass")
 def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)

@@ -16,10 +16,11 @@ from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import SIDE_PAIR, matt_side, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.part_glass import met_at
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import probabilities
 from gpu.lights.emission import Particle, emit, sun_particle
@@ -119,7 +120,9 @@ def shadow_map_kernel(features: SceneFeatures) -> wp.Kernel:
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             return
-        surface = surface_at(scene, hit, direction)
+        surface = met_at(scene, hit, direction)
+        if scene.part_glass:
+            surface.glass = 0.0  # as `unscattered` has chosen
         if is_translucent(surface):
             surface = matt_side(surface, -direction, 1.0, sobol_pair(pixel, SIDE_PAIR, seed).x)
         share = float(width) * TO_UNIT / float(rays)

@@ -145,7 +145,7 @@ class Material:
     @property
     def solid_alpha(self) -> float:
         """The alpha from which on there is something, where there is less nothing."""
-        return 0.5 if self.alpha_mode is AlphaMode.BLEND else self.alpha_cutoff
+        return {AlphaMode.OPAQUE: 0.0, AlphaMode.MASK: self.alpha_cutoff, AlphaMode.BLEND: 0.5}[self.alpha_mode]
 
     @property
     def has_sheen(self) -> bool:
@@ -178,6 +178,14 @@ class Material:
         """The UV set that tells the directions of its grain: that of its normal map, else of the grain's own, or 0."""
         slot = self.normal_slot or self.anisotropy_slot
         return 0 if slot is None else slot.uv_set
+
+    @property
+    def is_part_glass(self) -> bool:
+        """Whether its surfaces are sheets of clear glass in part, which light crosses straight by a share."""
+        share = self.transmission * (1.0 - self.metallic)
+        whole = share == 1.0 and self.transmission_slot is None and self.alpha_mode is AlphaMode.OPAQUE
+        clear = share > 0.0 and self.roughness <= CLEAR_ROUGHNESS and self.thickness == 0.0
+        return clear and not (whole or self.unlit or self.backdrop)
 
     @property
     def is_clear(self) -> bool:

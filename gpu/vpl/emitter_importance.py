@@ -13,7 +13,9 @@ from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connected
+from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import power_cdf, probabilities
 from gpu.lights.light_sampling import sample_light
@@ -37,28 +39,36 @@ class ImportanceParameters:
 IMPORTANCE_PARAMETERS: ImportanceParameters = parameters(ImportanceParameters)
 
 
-@wp.kernel
-def lit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices: wp.array2d[WalkVertex],
-                      emitter: wp.array2d[int], worth: wp.array2d[float]) -> None:  # fmt: skip
-    """One thread a vertex of a walk: an emitter for it, and its irradiance there [W/m²].
+@made_for("part_glass")
+def lit_vertex_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
-    vertices, emitter, worth (walk, vertex): worth is left as it is where nothing is lit.
-    """
-    length = vertices.shape[1]
-    walk = (first + wp.tid()) // length
-    place = (first + wp.tid()) % length
-    vertex = vertices[walk, place]
-    if has_ended(vertex):
-        return
-    pair = 1 + length + 2 * place  # those of the walk itself come before
-    pick = sobol_pair(walk, pair, 0)
-    sample = sample_light(scene, table, table.all_emitters, vertex.position, pick.a, sobol_pair(walk, pair + 1, 0))
-    cosine = wp.dot(sample.direction, vertex.normal)
-    if cosine > 0.0:
-        reached = connected(scene, vertex.position, vertex.normal, sample.point, sample.normal)
-        if reached:
-            emitter[walk, place] = choose_emitter(table.all_emitters, pick.a).index
-            worth[walk, place] = brightness(sample.irradiance) * cosine
+    @wp.kernel(module="unique")
+    def lit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices: wp.array2d[WalkVertex],
+                          emitter: wp.array2d[int], worth: wp.array2d[float]) -> None:  # fmt: skip
+        """One thread a vertex of a walk: an emitter for it, and its irradiance there [W/m²].
+
+        vertices, emitter, worth (walk, vertex): worth is left as it is where nothing is lit.
+        """
+        scene = specialise(scene)
+        length = vertices.shape[1]
+        walk = (first + wp.tid()) // length
+        place = (first + wp.tid()) % length
+        vertex = vertices[walk, place]
+        if has_ended(vertex):
+            return
+        pair = 1 + length + 2 * place  # those of the walk itself come before
+        pick = sobol_pair(walk, pair, 0)
+        sample = sample_light(scene, table, table.all_emitters, vertex.position, pick.a, sobol_pair(walk, pair + 1, 0))
+        cosine = wp.dot(sample.direction, vertex.normal)
+        if cosine > 0.0:
+            reached = connected(scene, vertex.position, vertex.normal, sample.point, sample.normal)
+            if reached:
+                emitter[walk, place] = choose_emitter(table.all_emitters, pick.a).index
+                worth[walk, place] = brightness(sample.irradiance) * cosine
+
+    return lit_vertex_kernel
 
 
 def important_emitters(device_scene: DeviceScene, scene: SceneData, table: LightTable) -> PowerCdf:
@@ -69,7 +79,7 @@ def important_emitters(device_scene: DeviceScene, scene: SceneData, table: Light
         return power_cdf(power, device)
     vertices = walk_from_cameras(device_scene, scene, chosen.walks, chosen.length)
     emitter, worth = (wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float))
-    launch(lit_vertex_kernel, vertices.size, [scene, table, vertices, emitter, worth], device)
+    launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, [scene, table, vertices, emitter, worth], device)
     found = worth.numpy().astype(np.float64)
     importance = np.bincount(emitter.numpy().ravel(), found.ravel(), minlength=count)
     if importance.sum() == 0.0:

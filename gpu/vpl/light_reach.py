@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import duplicate, launch
+from gpu.device_scene.specialisation import part_glass_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import power_cdf, probabilities
 from gpu.lights.light_table import LightTable
@@ -36,7 +37,7 @@ def light_reach(device_scene: DeviceScene, table: LightTable) -> Doubles | None:
         alone = duplicate(LightTable, table)
         alone.all_emitters = power_cdf(own, device)
         emitter, worth = (wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float))
-        launch(lit_vertex_kernel, vertices.size, [scene, alone, vertices, emitter, worth], device)
+        launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, [scene, alone, vertices, emitter, worth], device)
         reach[kind] = worth.numpy().astype(np.float64).mean() / own.sum()
     reach = np.where(reach < 0.0, reach.max(), reach)
     return reach if reach[kinds].max() > LEAST_CHANGE * (power * reach[kinds]).sum() else None

@@ -30,6 +30,7 @@ from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.disk_coverage import surface_beside
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.vpl_clusters import VplClusters
 from gpu.vpl.vpl_reflectance import find_reflectance
@@ -184,26 +185,34 @@ def radiosity_kernel(first: int, vpls: Representatives, clusters: VplClusters, l
     lit.radiosity[vpl] = total / (PI * disk * disk)
 
 
-@wp.kernel
-def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, covered: wp.array[int]) -> None:
-    """One thread a place around a VPL, in the middle of its disk's area: 1 where its surface goes on, else 0.
+@made_for("part_glass")
+def disk_coverage_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
-    covered: (vpl, place), flattened. The surface ends at its edge, and where something stands on it.
-    """
-    index = first + wp.tid()
-    vpl = index // PLACES
-    covered[index] = 0
-    disk = lit.radius[vpl]
-    if disk <= 0.0:
-        return
-    scene.coverage = WHOLE
-    turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
-    height = lit.chosen.plane_share * disk
-    hit = surface_beside(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height)
-    if hit.face == NO_HIT:
-        return
-    if wp.abs(wp.dot(triangle_normal(scene, hit.face), lit.normal[vpl])) > lit.alike.normal_threshold:
-        covered[index] = 1
+    @wp.kernel(module="unique")
+    def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, covered: wp.array[int]) -> None:
+        """One thread a place around a VPL, in the middle of its disk's area: 1 where its surface goes on, else 0.
+
+        covered: (vpl, place), flattened. The surface ends at its edge, and where something stands on it.
+        """
+        scene = specialise(scene)
+        index = first + wp.tid()
+        vpl = index // PLACES
+        covered[index] = 0
+        disk = lit.radius[vpl]
+        if disk <= 0.0:
+            return
+        scene.coverage = WHOLE
+        turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
+        height = lit.chosen.plane_share * disk
+        hit = surface_beside(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height)
+        if hit.face == NO_HIT:
+            return
+        if wp.abs(wp.dot(triangle_normal(scene, hit.face), lit.normal[vpl])) > lit.alike.normal_threshold:
+            covered[index] = 1
+
+    return disk_coverage_kernel
 
 
 @wp.func
@@ -297,7 +306,7 @@ class RadiosityBuilder:
         if self._lobes:
             find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance, self._share)
         launch(radiosity_kernel, count, [vpls, clusters, lit], device)
-        launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
+        launch(disk_coverage_kernel(part_glass_of(scene)), int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, self._share, lit], device)
         self._cells.sort()
 

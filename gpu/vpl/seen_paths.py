@@ -18,6 +18,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connected
+from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import LightTable
@@ -54,23 +55,31 @@ LEAST_MORE = 2.5
 MOST_PATHS = 16
 
 
-@wp.kernel
-def seen_vertices_kernel(first: int, scene: SceneData, order: wp.array[int], filled: wp.array[int], vpls: Vpls,
-                         vertices: wp.array2d[WalkVertex], chosen: SeenParameters,
-                         lit: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in `order`: how many of `rays` vertices of walks its VPL lights, lit (place,)."""
-    place = first + wp.tid()
-    if place >= filled[0]:
-        return
-    vpl = order[place]
-    found = int(0)
-    for ray in range(chosen.rays):
-        draw = int(hashed(wp.uint32(chosen.rays * place + ray)) >> wp.uint32(1))
-        vertex = vertices[draw % vertices.shape[0], (draw // vertices.shape[0]) % vertices.shape[1]]
-        if not has_ended(vertex):
-            reached = connected(scene, vertex.position, vertex.normal, vpls.position[vpl], vpls.normal[vpl])
-            found += int(reached)
-    lit[place] = found
+@made_for("part_glass")
+def seen_vertices_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
+
+    @wp.kernel(module="unique")
+    def seen_vertices_kernel(first: int, scene: SceneData, order: wp.array[int], filled: wp.array[int], vpls: Vpls,
+                             vertices: wp.array2d[WalkVertex], chosen: SeenParameters,
+                             lit: wp.array[int]) -> None:  # fmt: skip
+        """One thread a place in `order`: how many of `rays` vertices of walks its VPL lights, lit (place,)."""
+        scene = specialise(scene)
+        place = first + wp.tid()
+        if place >= filled[0]:
+            return
+        vpl = order[place]
+        found = int(0)
+        for ray in range(chosen.rays):
+            draw = int(hashed(wp.uint32(chosen.rays * place + ray)) >> wp.uint32(1))
+            vertex = vertices[draw % vertices.shape[0], (draw // vertices.shape[0]) % vertices.shape[1]]
+            if not has_ended(vertex):
+                reached = connected(scene, vertex.position, vertex.normal, vpls.position[vpl], vpls.normal[vpl])
+                found += int(reached)
+        lit[place] = found
+
+    return seen_vertices_kernel
 
 
 @wp.kernel
@@ -177,7 +186,8 @@ class SeenPathEnds(PathEnds):
     def find_worth(self, scene: SceneData) -> None:
         """Find what is worth what of what was traced."""
         places, chosen = [self.order, self.filled, self.raw], SEEN_PARAMETERS
-        launch(seen_vertices_kernel, self.capacity, [scene, *places, self._vertices, chosen, self._lit], self.device)
+        inputs = [scene, *places, self._vertices, chosen, self._lit]
+        launch(seen_vertices_kernel(part_glass_of(scene)), self.capacity, inputs, self.device)
         launch(worth_kernel, self.capacity, [*places, chosen, self._lit, self._carried, self._worth], self.device)
 
     def worth(self) -> tuple[Doubles, Doubles]:

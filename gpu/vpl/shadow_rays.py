@@ -85,7 +85,7 @@ def arrival(vpl: int) -> float:
     return wp.where(vpl >= 0, 1.0, 0.0)
 
 
-@made_for("cutouts")
+@made_for("cutouts", "part_glass")
 def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
     specialise = specialisation(features)
@@ -95,7 +95,7 @@ def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kerne
         first: int, scene: SceneData, gbuffer: GBuffer, points: PointList, vpls: VplClusters, rays: ShadowRays
     ) -> None:
         """One thread a ray: marks its VPL as blocked unless the ray arrives."""
-        if wp.static(not features.cutouts):
+        if wp.static(features.part_glass or not features.cutouts):
             scene = specialise(scene)
         thread = first + wp.tid()
         if thread >= rays.per_point * points.count[0]:

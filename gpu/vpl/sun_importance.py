@@ -9,7 +9,10 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.rays import occluded, offset_origin
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.rays import occluded
+from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import DIRECTIONAL, FAR, LightTable
 from gpu.lights.sun_map import SUN_MAP_PARAMETERS, SunMaps, cell_of, no_sun_maps, sun_maps
@@ -34,26 +37,34 @@ class WalkParameters:
 WALK_PARAMETERS: WalkParameters = parameters(WalkParameters)
 
 
-@wp.kernel
-def sunlit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices: wp.array2d[WalkVertex], side: int,
-                         seen: wp.array2d[int]) -> None:  # fmt: skip
-    """One thread a vertex of a walk: counts, in the cells of directional lights' maps, what these light of it.
+@made_for("part_glass")
+def sunlit_vertex_kernel(features: SceneFeatures) -> wp.Kernel:
+    """The kernel for scenes of these `features`."""
+    specialise = specialisation(features)
 
-    vertices (walk, vertex); seen: (light, cell) of side² cells, in WHOLE units of the cosine.
-    """
-    index = first + wp.tid()
-    vertex = vertices[index // vertices.shape[1], index % vertices.shape[1]]
-    if has_ended(vertex):
-        return
-    for light in range(seen.shape[0]):
-        sun = table.lights[light]
-        cosine = -wp.dot(vertex.normal, sun.direction)
-        if sun.kind == DIRECTIONAL and cosine > 0.0:
-            towards = offset_origin(vertex.position, vertex.normal, -sun.direction)
-            if not occluded(scene, towards, -sun.direction, 2.0 * FAR):
-                at = wp.transpose(orthonormal(sun.direction)) * vertex.position / table.radius[0]
-                cell = cell_of(wp.vec2(at[0], at[1]), side)
-                wp.atomic_add(seen, light, cell, int(wp.ceil(WHOLE * cosine)))
+    @wp.kernel(module="unique")
+    def sunlit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices: wp.array2d[WalkVertex],
+                             side: int, seen: wp.array2d[int]) -> None:  # fmt: skip
+        """One thread a vertex of a walk: counts, in the cells of directional lights' maps, what these light of it.
+
+        vertices (walk, vertex); seen: (light, cell) of side² cells, in WHOLE units of the cosine.
+        """
+        scene = specialise(scene)
+        index = first + wp.tid()
+        vertex = vertices[index // vertices.shape[1], index % vertices.shape[1]]
+        if has_ended(vertex):
+            return
+        for light in range(seen.shape[0]):
+            sun = table.lights[light]
+            cosine = -wp.dot(vertex.normal, sun.direction)
+            if sun.kind == DIRECTIONAL and cosine > 0.0:
+                towards = offset_origin(vertex.position, vertex.normal, -sun.direction)
+                if not occluded(scene, towards, -sun.direction, 2.0 * FAR):
+                    at = wp.transpose(orthonormal(sun.direction)) * vertex.position / table.radius[0]
+                    cell = cell_of(wp.vec2(at[0], at[1]), side)
+                    wp.atomic_add(seen, light, cell, int(wp.ceil(WHOLE * cosine)))
+
+    return sunlit_vertex_kernel
 
 
 def suns_of(scene: Scene) -> tuple[Sequence[Any], Hashable]:
@@ -71,5 +82,5 @@ def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParame
     vertices = walk_from_cameras(device_scene, device_scene.data, chosen.walks, chosen.length)
     seen = wp.zeros((len(lights), side * side), dtype=int, device=device)
     inputs = [device_scene.data, table, vertices, side, seen]
-    launch(sunlit_vertex_kernel, vertices.size, inputs, device)
+    launch(sunlit_vertex_kernel(part_glass_of(device_scene.data)), vertices.size, inputs, device)
     return sun_maps(seen.numpy().reshape(len(lights), side, side), device)

@@ -10,7 +10,8 @@ from gpu.device_scene.bsdf import is_fibrous, is_grained, is_translucent
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.even_light import even_reflectance, focused_share, over_even
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, lifted
+from gpu.device_scene.offsets import lifted
+from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.lights.light_paths import Vpls

@@ -1,4 +1,4 @@
-"""What surfaces reflect where VPLs lie, which VPLs themselves do not keep: of glass, what of it is none."""
+"""What surfaces reflect where VPLs lie, which VPLs themselves do not keep: of frosted glass, what of it is none."""
 
 import warp as wp
 
@@ -7,25 +7,35 @@ from gpu.device_scene.bsdf import is_translucent, largest
 from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.even_light import even_reflectance, even_through, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, lifted
-from gpu.device_scene.sides import LEAST_SHARE, solid_share
+from gpu.device_scene.offsets import lifted
+from gpu.device_scene.part_glass import is_part_glass, met_at, part_at
+from gpu.device_scene.rays import closest_hit
+from gpu.device_scene.sides import LEAST_SHARE
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.device_scene.surface import surface_at
+from gpu.sampling.warps import orthonormal
 
 # A VPL's own surface is looked for no farther below it, in unit space.
 BELOW = wp.constant(1.0e-4)
+# Between normal and light that a sheet of glass reflects as it does the mean of what comes evenly from all around.
+SHEET_COSINE = wp.constant(0.51)
 
 
 @wp.struct
 class VplReflectance:
-    """What the surface at a VPL reflects of even light, without its glass; spread: without what caustics have of light
-    from emitters; through: of both, what is of light from behind; share: of the surface that is there.
+    """What the surface at a VPL reflects of even light, without frosted glass; spread: without what caustics have of
+    light from emitters; through: of both, what is of light from behind; share: of the surface that is there.
     """
 
     even: wp.vec3
     spread: wp.vec3
     through: wp.vec3
     share: float
+
+
+@wp.func
+def mean_direction(normal: wp.vec3) -> wp.vec3:
+    """A unit direction into the surface along which glass reflects as much as of even light."""
+    return orthonormal(normal) * wp.vec3(wp.sqrt(1.0 - SHEET_COSINE * SHEET_COSINE), 0.0, -SHEET_COSINE)
 
 
 @wp.func
@@ -36,13 +46,18 @@ def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplR
     scene.coverage = WHOLE
     hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
     if hit.face != NO_HIT:
-        surface = surface_at(scene, hit, -normal)
-        found.even = even_reflectance(surface, normal) * (1.0 - surface.glass)
-        found.spread = spread_reflectance(surface, normal, 1.0) * (1.0 - surface.glass)
+        towards = -normal
+        if scene.part_glass and is_part_glass(scene, hit.face):
+            towards = mean_direction(normal)
+        surface = met_at(scene, hit, towards)
+        left = 1.0 - surface.glass
+        counted = wp.where(surface.crossed, 1.0, left)  # mirrors count as matt
+        found.even = even_reflectance(surface, normal) * counted
+        found.spread = spread_reflectance(surface, normal, 1.0) * counted
         if is_translucent(surface):
-            found.through = even_through(surface) * (1.0 - surface.glass)
+            found.through = even_through(surface) * left
         if scene.blended:
-            found.share = wp.max(solid_share(scene, hit.face, hit.u, hit.v), LEAST_SHARE)
+            found.share = wp.max(part_at(scene, hit, towards).there, LEAST_SHARE)
     return found
 
 

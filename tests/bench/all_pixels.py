@@ -9,6 +9,7 @@ from gpu.core.device import launch
 from gpu.core.stages import Stages
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import connection
+from gpu.device_scene.specialisation import part_glass_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.exact_gather import exact_gather_kernel
 from gpu.indirect.irradiance import allocate_indirect
@@ -57,7 +58,7 @@ class AllPixels:
         frame.trace_primary_rays(view.camera)
         frame.shading_points.find(frame.gbuffer)
         connect = connection(frame.scene) if setup.settings.indirect_shadows else nothing_between
-        kernel, step = exact_gather_kernel(connect), max(1, PAIRS_A_LAUNCH // setup.pixels)
+        kernel, step = exact_gather_kernel(part_glass_of(frame.scene), connect), max(1, PAIRS_A_LAUNCH // setup.pixels)
         gather = partial(launch, kernel, setup.pixels)
         for begin in range(0, vpls.count, step):
             run = begin, min(begin + step, vpls.count)

@@ -9,7 +9,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.scene_parts import MeshPart
-from gpu.scene.types import Camera, Floats, Material
+from gpu.scene.types import Camera, Floats, Light, LightKind, Material
 from gpu.settings import RenderSettings
 
 SIZE = (48, 36)
@@ -60,6 +60,18 @@ def curtained_room(curtain: Material = CURTAIN) -> DeviceScene:
     lamp = quad((-0.15, 0.49, -0.4), (0.3, 0.0, 0.0), (0.0, 0.0, 0.2), 1)
     sheet = quad((-0.499, -0.499, -0.1), (0.998, 0.0, 0.0), (0.0, 0.998, 0.0), 2)
     return resident_of([*box(), lamp, sheet], [grey(0.7), grey(0.0, 5.0), curtain])
+
+
+def sunlit_room(pane: Material) -> tuple[DeviceScene, Camera]:
+    """The same box without lamp and block, lit by the sun through a window in one wall, and a view of that."""
+    walls = [part for part in box() if not (part.positions[:, 0] == 0.5).all()]
+    around = (-0.5, -0.5, 1.0, 0.4), (-0.5, 0.3, 1.0, 0.2), (-0.5, -0.1, 0.2, 0.4), (0.3, -0.1, 0.2, 0.4)
+    walls += [quad((0.5, y, z), (0.0, 0.0, depth), (0.0, height, 0.0)) for z, y, depth, height in around]
+    window = quad((0.5, -0.1, -0.3), (0.0, 0.0, 0.6), (0.0, 0.4, 0.0), 1)
+    slope = np.array([-0.7, -0.6, -0.1])
+    sun = Light("sun", LightKind.DIRECTIONAL, (10.0, 10.0, 10.0), direction=tuple(slope / np.linalg.norm(slope)))
+    camera = look_at((-0.42, 0.1, 0.42), (0.4, -0.15, -0.2), yfov_degrees=75.0)
+    return resident_of([*walls, window], [grey(0.7), pane], lights=[sun]), camera
 
 
 def long_room() -> tuple[DeviceScene, Camera]:

@@ -140,10 +140,10 @@ def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[D
 
 
 def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
-                      seed: int) -> Vpls:  # fmt: skip
-    """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
+                      seed: int, *, arriving: bool = False) -> Vpls:  # fmt: skip
+    """The VPLs, or photons, of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = device_scene.device
-    ends = PathEnds(paths, bounces, device, arriving=False)
+    ends = PathEnds(paths, bounces, device, arriving=arriving)
     features = device_scene.generalised().features(lambertian=False)
     ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), features)
     count = int(ends.filled.numpy()[0])

@@ -7,7 +7,8 @@ from scenes import column, grey, resident_of, results
 from scipy.spatial.transform import Rotation
 
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.offsets import offset_origin
+from gpu.device_scene.rays import closest_hit, connected
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.scene_parts import MeshPart

@@ -198,6 +198,16 @@ def test_a_pane_lets_through_what_fresnel_leaves() -> None:
     assert np.allclose(before_lamp(SHEET, frosted), expected, rtol=0.02)
 
 
+def test_a_pane_in_part_shows_what_is_behind_and_itself() -> None:
+    """Its glass shows the lamp behind, and the rest is lit by one before it."""
+    pane = replace(CLEAR, base_color=(0.9, 0.5, 0.2, 1.0), transmission=0.3, specular=0.0)
+    colour = np.array([0.9, 0.5, 0.2])
+    assert np.allclose(before_lamp(SHEET, pane), 0.3 * 2.0 * (1.0 - 2.0 * 0.04 / 1.04) * colour, rtol=0.02)
+    sun = Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0), direction=(0.0, 0.0, -1.0))
+    picture = paths(resident_of([SHEET], [pane], lights=[sun]), ahead(), runs=(256,), size=(8, 8)).mean(axis=(0, 1))
+    assert np.allclose(picture, 0.7 * colour / np.pi * 3.0, rtol=0.02)
+
+
 @pytest.mark.parametrize("roughness", [0.0, 0.15])
 def test_a_slab_transmits_by_fresnel_and_beer(roughness: float) -> None:
     colour, distance, thickness = np.array([0.9, 0.5, 0.2]), 0.5, 0.4
@@ -233,15 +243,18 @@ def test_alpha_is_the_share_that_is_there() -> None:
     assert picture.mean() == pytest.approx(0.7 * 0.5 / np.pi * 3.0, rel=0.01)
 
 
-def test_light_through_a_pane_is_sampled_and_tinted() -> None:
-    tinted = replace(CLEAR, base_color=(0.9, 0.5, 0.2, 1.0))
+@pytest.mark.parametrize(("transmission", "alpha"), [(1.0, 1.0), (0.6, 1.0), (0.3, 1.0), (0.3, 0.5)])
+def test_light_through_a_pane_is_sampled_and_tinted(transmission: float, alpha: float) -> None:
+    tinted = replace(CLEAR, base_color=(0.9, 0.5, 0.2, alpha), transmission=transmission)
+    if alpha < 1.0:
+        tinted = replace(tinted, alpha_mode=AlphaMode.BLEND)
     floor = quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
     above = quad([-0.5, 0.3, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0)
     sun = Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0), direction=(0.0, -1.0, 0.0))
     device_scene = resident_of([floor, above], [tinted, grey(0.5)], lights=[sun])
     camera = Camera("low", look_at((0.4, 0.25, 0.0), (0.0, 0.0, 0.0)).to_world, 0.01, orthographic=True)
     picture = paths(device_scene, camera, Component.DIRECT, runs=(1,), size=(8, 8))
-    through = np.array([0.9, 0.5, 0.2]) * (1.0 - 2.0 * 0.04 / 1.04)
+    through = (1.0 - alpha) + alpha * transmission * np.array([0.9, 0.5, 0.2]) * (1.0 - 2.0 * 0.04 / 1.04)
     assert np.allclose(picture, through * 0.5 / np.pi * 3.0, rtol=1e-3)
 
 

@@ -13,8 +13,11 @@ PATHS = 8192
 BULB = Light("bulb", LightKind.POINT, (1.0, 2.0, 4.0), position=(0.1, 0.0, -0.2))
 
 
-def paths_in(device_scene: DeviceScene, bounces: int, seed: int = 0, paths: int = PATHS) -> Vpls:
-    return trace_light_paths(device_scene, device_scene.data, build_light_table(device_scene), paths, bounces, seed)
+def paths_in(
+    device_scene: DeviceScene, bounces: int, seed: int = 0, paths: int = PATHS, *, arriving: bool = False
+) -> Vpls:
+    table = build_light_table(device_scene)
+    return trace_light_paths(device_scene, device_scene.data, table, paths, bounces, seed, arriving=arriving)
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 4])
@@ -139,3 +142,32 @@ def test_light_that_paper_lets_through_lights_a_floor() -> None:
     vpls = paths_in(resident_of([above, below], [paper, grey(0.5)], lights=[down]), 2, paths=4 * PATHS)
     on_floor = vpls.position.numpy()[:, 1] < 0.0
     assert vpls.flux.numpy()[on_floor, 0].sum() == pytest.approx(0.25, rel=0.03)
+
+
+GLASS = Material(base_color=(0.9, 0.6, 0.3, 1.0), transmission=0.4, roughness=0.0, specular=0.0)
+
+
+@pytest.mark.parametrize("arriving", [False, True])
+def test_part_glass_sends_what_is_no_glass_and_lets_the_rest_light_a_floor(arriving: bool) -> None:
+    sheet = quad([-0.5, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+    floor = quad([-0.5, -0.3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], 1)
+    above = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    device_scene = resident_of([sheet, floor], [GLASS, grey(0.5)], lights=[above])
+    vpls = paths_in(device_scene, 1, arriving=arriving)
+    on_sheet, flux = vpls.position.numpy()[:, 1] > 0.0, vpls.flux.numpy()
+    colour, mirror = np.array([0.9, 0.6, 0.3]), 0.08 / 1.04
+    crosses = 0.4 * (1.0 - mirror)
+    # Photons tell what would light all that is met as much, mirrors among it.
+    reflects = (0.4 * mirror + 0.6 * colour) / (1.0 - crosses) if arriving else 1.0
+    assert flux[on_sheet].sum(axis=0) == pytest.approx(0.6 * colour / reflects, rel=0.03)
+    assert flux[~on_sheet].sum(axis=0) == pytest.approx(crosses * colour * (1.0 if arriving else 0.5), rel=0.03)
+
+
+def test_light_of_matt_surfaces_crosses_part_glass_or_is_mirrored() -> None:
+    """In a box of such sheets, whose sides send back at each bounce what does not leave it."""
+    white = replace(GLASS, base_color=(1.0, 1.0, 1.0, 1.0))
+    device_scene = resident_of(box(), [white], lights=[BULB])
+    vpls = paths_in(device_scene, 4)
+    by_bounce = [vpls.flux.numpy()[vpls.bounce.numpy() == bounce, 0].sum() for bounce in range(4)]
+    left = np.array(by_bounce[2:]) / by_bounce[1:3]
+    assert left == pytest.approx([0.6 + 0.4 * 0.17] * 2, abs=0.03)

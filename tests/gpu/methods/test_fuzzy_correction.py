@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pictures import CAMERA, QUALITY, SIZE, curtained_room, lamp_room, long_room, picture
+from pictures import CAMERA, CURTAIN, QUALITY, SIZE, curtained_room, lamp_room, long_room, picture
 from scenes import slats
 
 from gpu.correction.outliers import OutlierParameters, OutlierPoints
@@ -14,6 +14,7 @@ from gpu.film.accumulation import Accumulation
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import FuzzyCorrection, FuzzyCorrectionParameters
 from gpu.renderer import Renderer
+from gpu.scene.types import Material
 from gpu.settings import Component, Method, RenderSettings
 
 
@@ -105,8 +106,9 @@ def test_later_frames_have_light_of_walls_that_shine_as_path_tracing_has() -> No
         assert later[part].mean() == pytest.approx(paths[part].mean(), rel=0.018)
 
 
-def test_later_frames_show_both_sides_of_a_curtain_as_path_tracing_does() -> None:
-    room, frames = curtained_room(), 36
+@pytest.mark.parametrize("parting", [CURTAIN, Material(transmission=0.5, roughness=0.0, double_sided=True)])
+def test_later_frames_show_both_sides_of_a_curtain_or_pane_as_path_tracing_does(parting: Material) -> None:
+    room, frames = curtained_room(parting), 36
     renderers = (
         Renderer(room, SIZE, RenderSettings(**QUALITY)),
         Renderer(room, SIZE, RenderSettings(method=Method.PATH, samples=16)),
@@ -121,6 +123,6 @@ def test_later_frames_show_both_sides_of_a_curtain_as_path_tracing_does() -> Non
     weights = 12 / (12 + frames - 4), 4 / frames
     fuzzy, paths = ((mean.mean.numpy().reshape(*SIZE[::-1], 3) - first * weight) / (1.0 - weight)
                     for mean, first, weight in zip(means, firsts, weights, strict=True))  # fmt: skip
-    assert fuzzy.mean() == pytest.approx(paths.mean(), rel=0.01)
+    assert fuzzy.mean() == pytest.approx(paths.mean(), rel=0.01 if parting is CURTAIN else 0.02)
     middle = np.s_[9:27, 16:32]
     assert fuzzy[middle].mean(axis=(0, 1)) == pytest.approx(paths[middle].mean(axis=(0, 1)), rel=0.02)

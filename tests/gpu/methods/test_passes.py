@@ -1,8 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from pictures import CAMERA, CURTAIN, coated_room, picture
+from pictures import CAMERA, CURTAIN, coated_room, picture, sunlit_room
 from pictures import SIZE as PICTURE
 from scenes import RARE, box, column, grey, quad, resident_of
 from stage_order import repeated_launches
@@ -34,6 +36,17 @@ def test_chains_are_drawn_by_the_seed_of_the_settings(method: Method) -> None:
     settings = RenderSettings(method=method, seed=7, vpls=64, vpl_clusters=8, sp_clusters=8, photons=1000)
     renderer = Renderer(resident_of(box(), [grey(0.5, emission=1.0)]), SIZE, settings)
     assert renderer._method._frame.chain_samples.seed == 7  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.RSM_DISKS, Method.PHOTON_GATHER])
+@pytest.mark.parametrize("transmission", [0.3, 0.6])
+def test_a_room_is_lit_through_a_pane_of_glass_in_part(method: Method, transmission: float) -> None:
+    room, camera = sunlit_room(replace(PANE, base_color=(0.9, 0.9, 0.9, 1.0), transmission=transmission))
+    bounces = 1 if method is Method.RSM_DISKS else 4
+    settings = {"bounces": bounces, "vpls": 8000, "photons": 20_000, "samples": 8}
+    seen = picture(room, camera, **settings, method=method)
+    paths = picture(room, camera, **{**settings, "samples": 512}, method=Method.PATH)
+    assert seen.mean() == pytest.approx(paths.mean(), rel=0.05)
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])

@@ -51,9 +51,8 @@ def test_walks_go_through_what_is_translucent(through: float, least: float, most
     assert least <= outwards.mean() <= most
 
 
-@pytest.mark.parametrize(("roughness", "transmission"), [(0.4, 1.0), (0.4, 0.6), (0.0, 0.4)])
-def test_walks_go_through_glass_that_rays_do_not_cross_straight(roughness: float, transmission: float) -> None:
-    """Frosted glass, and panes that are mostly something else."""
+@pytest.mark.parametrize(("roughness", "transmission"), [(0.4, 1.0), (0.4, 0.6)])
+def test_walks_go_through_frosted_glass(roughness: float, transmission: float) -> None:
     pane = replace(grey(0.8), roughness=roughness, transmission=transmission, double_sided=True)
     inside = look_at((0.0, 0.0, 0.3), (0.0, 0.0, -0.5))
     device_scene = DeviceScene(replace(scene_of(box(half=HALF), [pane]), cameras=(inside,)), "cpu")

@@ -7,6 +7,7 @@ from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, Grid
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
+from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.types import Doubles, Ints, Material
@@ -269,7 +270,7 @@ def covered_places(edge: float, depth: float) -> Ints:
     floor = quad((-0.5, -depth, 0.5), (0.5 + edge, 0.0, 0.0), (0.0, 0.0, -1.0))
     device_scene = resident_of([floor, *box(0)], [grey(0.5)])
     inputs = [device_scene.data, by_hand(np.zeros((1, 3)), 0.1)]
-    return results(disk_coverage_kernel, 8, inputs, wp.int32).astype(np.int32)
+    return results(disk_coverage_kernel(EVERYTHING), 8, inputs, wp.int32).astype(np.int32)
 
 
 def test_a_surface_is_looked_for_at_the_middle_of_a_disks_area() -> None:

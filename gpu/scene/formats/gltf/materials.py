@@ -93,7 +93,7 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         diffuse_transmission_slot=_slot(images, through, "diffuseTransmissionTexture"),
         diffuse_transmission_color_slot=_slot(images, through, "diffuseTransmissionColorTexture", srgb=True),
     )
-    if material.transmission > 0.0 and not material.is_clear:
+    if material.transmission > 0.0 and not (material.is_clear or material.is_part_glass):
         problem = (
             "lets light through as frosted glass does (KHR_materials_transmission), all of which --method path shows"
         )
