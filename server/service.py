@@ -1,7 +1,7 @@
 """What the endpoints share: settings, scenes, the engines, and who is there."""
 
 import asyncio
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field
 from secrets import token_hex
 from typing import Annotated, Protocol
@@ -82,7 +82,7 @@ class Service:
             self.engines,
             self.checker,
             limits.reserve_bytes,
-            self.in_use,
+            self.used,
             self.catalogue.touch,
             self.edited.learn,
         )
@@ -161,11 +161,14 @@ class Service:
         self.stopping.set()
         self.jobs.stop()
 
+    def used(self) -> Iterator[SceneRef]:
+        """The scenes that somebody looks at, or that a job is to render."""
+        yield from self.viewing.values()
+        yield from (job.render.scene for job in self.jobs.all if job.state not in ENDED)
+
     def in_use(self, scene_id: str) -> bool:
         """Whether somebody looks at a scene or loads it, or a job is to render it."""
-        rendered = (job.render.scene.id for job in self.jobs.all if job.state not in ENDED)
-        viewed = any(scene.id == scene_id for scene in self.viewing.values())
-        return viewed or self.residency.opening(scene_id) or scene_id in rendered
+        return self.residency.opening(scene_id) or any(scene.id == scene_id for scene in self.used())
 
 
 async def _service(connection: HTTPConnection) -> Service:  # else FastAPI asks a thread, and every answer waits for it

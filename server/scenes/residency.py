@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from weakref import WeakValueDictionary
 
@@ -44,18 +44,18 @@ class Residency:
         engines: EnginePool,
         checker: Checker,
         reserve_bytes: int,
-        in_use: Callable[[str], bool],
+        used: Callable[[], Iterable[SceneRef]],
         touch: Callable[[str], None],
         learned: Callable[[SceneRef, SceneInfo], None],
     ) -> None:
-        """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
-        touch: hears the ids of scenes that are used; learned: hears what is in one that was opened.
+        """reserve_bytes: of the device's memory, stay free; used: what somebody looks at, or a job is to render; touch:
+        hears the ids of scenes that are used; learned: hears what is in one that was opened.
         """
         self._engines = engines
         engines.fits = self._fits
         self._checker = checker
         self._reserve_bytes = reserve_bytes
-        self._in_use = in_use
+        self._used = used
         self._touch = touch
         self._learned = learned
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
@@ -130,6 +130,9 @@ class Residency:
         """Whether a scene is on its way to the device."""
         return self._opening[scene_id] > 0
 
+    def _in_use(self, scene_id: str) -> bool:
+        return self.opening(scene_id) or any(scene.id == scene_id for scene in self._used())
+
     async def _open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
         """What is there already waits for nothing; of what one client wants one scene waits for its turn at a time."""
         if scene in self._opened and scene in engine.scenes:
@@ -138,10 +141,18 @@ class Residency:
         async with one, self._loading[engine]:
             self._opened = {known: info for known, info in self._opened.items() if known in self.loaded}
             if scene not in self._opened or scene not in engine.scenes:
+                await self._free_outdated(scene, engine)
                 self._check_room(scene, engine)
                 kept = self._checker.kept.take(scene.source, scene.options)
                 self._opened[scene] = await engine.open(scene, kept.path if kept is not None else "")
             return self._opened[scene]
+
+    async def _free_outdated(self, scene: SceneRef, engine: Engine) -> None:
+        """Free what the file of a scene was before, where nobody looks at that any more."""
+        used = {*self._used()}
+        for other in engine.scenes:
+            if other.id == scene.id and other.stamp != scene.stamp and other not in used:
+                await engine.close(other)
 
     async def close(self, scene: SceneRef) -> None:
         """Free what is on any device of a scene, however its file was read."""

@@ -30,7 +30,7 @@ def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings
 
     async def run() -> None:
         engines = EnginePool([engine])
-        residency = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None, lambda *_: None)
+        residency = Residency(engines, Checker(ServerSettings()), 0, tuple, lambda _: None, lambda *_: None)
         limits = {"max_jobs": 4, "keep_seconds": 60.0, "keep_bytes": 1000} | settings
         jobs = Jobs(engines, residency, engine.leave, **limits)
         task = asyncio.create_task(jobs.run())
@@ -55,7 +55,7 @@ def test_each_worker_has_a_job_at_a_time() -> None:
 
     async def run() -> None:
         engines = EnginePool([first, second])
-        residency = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None, lambda *_: None)
+        residency = Residency(engines, Checker(ServerSettings()), 0, tuple, lambda _: None, lambda *_: None)
         jobs = Jobs(engines, residency, engines.leave, max_jobs=4, keep_seconds=60.0, keep_bytes=1000)
         gates = first.gate, second.gate = asyncio.Event(), asyncio.Event()
         task = asyncio.create_task(jobs.run())

@@ -20,7 +20,7 @@ from server.scenes.checked import Checked, SceneSize
 from server.scenes.checker import CHECK, Checker
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
-from server.wire.worker import OpenScene, SceneRef
+from server.wire.worker import CloseScene, OpenScene, SceneRef
 
 MEGABYTE = 10**6
 
@@ -51,10 +51,10 @@ print(device_bytes(measure(scene)), used - first[2])
 
 
 def residency(
-    *engines: FakeEngine, check: Sequence[str] = ANY_CHECK, reserve_bytes: int = 0, used: tuple[str, ...] = ()
+    *engines: FakeEngine, check: Sequence[str] = ANY_CHECK, reserve_bytes: int = 0, used: Sequence[SceneRef] = ()
 ) -> Residency:
     checker = Checker(ServerSettings(), check)
-    return Residency(EnginePool(engines), checker, reserve_bytes, used.__contains__, lambda _: None, lambda *_: None)
+    return Residency(EnginePool(engines), checker, reserve_bytes, lambda: used, lambda _: None, lambda *_: None)
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_what_is_in_a_scene_is_told_to_all_who_come_for_it(hall: SceneRef) -> No
         EnginePool([FakeEngine()]),
         Checker(ServerSettings(), ANY_CHECK),
         reserve_bytes=0,
-        in_use=lambda _: False,
+        used=tuple,
         touch=lambda _: None,
         learned=lambda scene, _: told.append(scene),
     )
@@ -153,10 +153,26 @@ def test_a_file_that_changed_is_read_again(hall: SceneRef) -> None:
     asyncio.run(run())
 
 
+def test_what_a_file_was_is_freed_once_nobody_looks_at_it(hall: SceneRef) -> None:
+    engine, used = FakeEngine(), list[SceneRef]()
+    scenes = residency(engine, used=used)
+    inches = replace(hall, options=ImportOptions(unit="in"))
+
+    async def run() -> list[SceneRef]:
+        await scenes.open(inches)
+        for stamp in range(1, 5):
+            newest = replace(hall, stamp=stamp)
+            await scenes.open(newest)
+            used[:] = [newest]
+        return [job.scene for _, _, job in engine.orders if isinstance(job, CloseScene)]
+
+    assert asyncio.run(run()) == [inches, *(replace(hall, stamp=stamp) for stamp in (1, 2))]
+
+
 def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
     engine = FakeEngine()
     viewed, idle = SceneRef("viewed.glb", "viewed.glb"), SceneRef("idle.glb", "idle.glb")
-    scenes = residency(engine, reserve_bytes=100 * MEGABYTE, used=("viewed.glb",))
+    scenes = residency(engine, reserve_bytes=100 * MEGABYTE, used=[SceneRef("viewed.glb", "")])
 
     async def run() -> None:
         engine.scenes = (viewed, idle)
