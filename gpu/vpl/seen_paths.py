@@ -217,9 +217,10 @@ class SeenPilot:
         ends = self._ends
         PathEnds.trace(ends, scene, table, ends.no_seed, features)
         paths = paths_that_leave(wanted, ends.count() / ends.room, MOST_PATHS)
+        if not ends.whole:
+            ends.find_worth(scene)  # its kernels are to be noted where nothing is run, and so nothing seen
         if not ends.sees:
             return PathPlan(paths)
-        ends.find_worth(scene)
         carried, worth = ends.worth()
         more = min(paths_worth_tracing(carried, worth), MOST_PATHS * wanted / paths)
         if more < LEAST_MORE:

@@ -9,6 +9,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Material
 
 GLASS = Material("glass", transmission=1.0, roughness=0.0)
+PART_GLASS = Material("part glass", transmission=0.9, roughness=0.0)
 VEIL = Material("veil", base_color=(1.0, 1.0, 1.0, 0.1), alpha_mode=AlphaMode.BLEND)
 HOLED = Material("holed", base_color=(1.0, 1.0, 1.0, 0.1), alpha_mode=AlphaMode.MASK)
 # From (0, 0, 5) towards −Z, 90° high and wide.
@@ -17,16 +18,17 @@ CAMERA = look_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), yfov_degrees=90.0, aspect=1.0
 
 @pytest.fixture(scope="module")
 def sheets() -> DeviceScene:
-    """Seen from the camera: clear glass on the left, a mask without a hole's edge on the right and a faint veil below,
-    before a wall.
+    """Seen from the camera: clear glass on the left, a mask without a hole's edge on the right, a faint veil below and
+    part glass above, before a wall.
     """
     parts = [
         quad((-2.0, -1.0, 2.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), 0),
         quad((-4.0, -4.0, 0.0), (8.0, 0.0, 0.0), (0.0, 8.0, 0.0), 1),
         quad((1.0, -1.0, 2.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), 2),
         quad((-0.5, -2.0, 2.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 3),
+        quad((-0.5, 1.5, 2.0), (1.0, 0.0, 0.0), (0.0, 0.5, 0.0), 4),
     ]
-    return resident_of(parts, [GLASS, grey(0.5), HOLED, VEIL])
+    return resident_of(parts, [GLASS, grey(0.5), HOLED, VEIL, PART_GLASS])
 
 
 @pytest.mark.parametrize(
@@ -36,7 +38,8 @@ def sheets() -> DeviceScene:
         ((0.25, 0.5), 0, (-1.5, 0.0, 2.0)),  # glass, though it is seen through
         ((0.75, 0.5), 1, (2.5, 0.0, 0.0)),  # behind the mask, which lets all through
         ((0.5, 0.75), 3, (0.0, -1.5, 2.0)),  # a veil, too
-        ((0.5, 0.2), 1, (0.0, 3.0, 0.0)),
+        ((0.5, 0.2), 4, (0.0, 1.8, 2.0)),  # glass in part, too
+        ((0.5, 0.1), 1, (0.0, 4.0, 0.0)),
     ],
 )
 def test_what_the_camera_sees_is_picked(
