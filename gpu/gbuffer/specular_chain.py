@@ -17,7 +17,7 @@ from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe,
 from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.offsets import OFFSET_ULP, offset_origin
-from gpu.device_scene.panes import meet, meet_sheet, met_surface
+from gpu.device_scene.panes import TintedHit, meet, meet_sheet, met_surface
 from gpu.device_scene.part_glass import part_at
 from gpu.device_scene.rays import seen_hit
 from gpu.device_scene.scattering import choose_part, coat_share, is_perfect, part_of, sample_scattering
@@ -192,6 +192,85 @@ def onward(part: Surface, to_viewer: wp.vec3, rest: float, follows: bool, drawn:
     return sample
 
 
+@wp.struct
+class ChainStep:
+    """What a chain does at a surface: whether it `goes_on` from the chosen `part` of it, a coat or not, and `follows`
+    the specular lobe of that; rest: what is left of the number that chose the part, uniform in [0, 1) again;
+    throughput: of the chain, with how seldom what it does is chosen.
+    """
+
+    part: Surface
+    coat: bool
+    rest: float
+    goes_on: bool
+    follows: bool
+    throughput: wp.vec3
+
+
+@wp.func
+def chain_step(surface: Surface, view: wp.vec3, value: float, throughput: wp.vec3, crosses: bool,
+               follows_lobes: bool) -> ChainStep:  # fmt: skip
+    """The step of a chain of so much `throughput`, chosen by a `value` in [0, 1).
+
+    crosses: it goes through glass whatever the value; follows_lobes: it may go on in lobes and through frosted glass.
+    """
+    step = ChainStep()
+    step.throughput = throughput
+    apart = has_coat_apart(surface)
+    if apart:
+        choice = coat_choice(surface, view, value)
+        value = choice.value
+        step.throughput = step.throughput * choice.weight
+    chosen = choose_part(surface, view, value)
+    if crosses:
+        chosen.glass = 1.0
+        chosen.rest = 0.0
+    step.coat = chosen.coat
+    step.rest = chosen.rest
+    step.part = part_of(surface, chosen)
+    step.goes_on = is_perfect(step.part)
+    if follows_lobes and not step.goes_on:
+        step.follows = chosen.coat and apart
+        step.goes_on = step.part.glass > 0.0 or step.follows
+        share = float(0.0)
+        if not step.goes_on:
+            share = followed_share(step.part, view)
+        if share > 0.0:
+            step.follows = chosen.rest < share
+            step.goes_on = step.follows
+            step.throughput = step.throughput / wp.where(step.follows, share, 1.0 - share)
+    return step
+
+
+@wp.struct
+class BranchHit:
+    """What a chain meets, and whether it still `splits`: the first glass or veil was neither here nor before."""
+
+    met: TintedHit
+    splits: bool
+
+
+@wp.func
+def meet_in_branch(scene: SceneData, origin: wp.vec3, direction: wp.vec3, culls: bool, splits: bool,
+                   other: bool) -> BranchHit:  # fmt: skip
+    """What one of both branches of a chain, which `splits` yet or not, meets along a ray; other: as of `seen_end`."""
+    found = BranchHit()
+    found.met = meet(scene, origin, direction, culls)
+    found.splits = splits
+    veiled = bool(False)
+    if scene.sheer and splits:
+        past = past_veil(scene, origin, direction, found.met, culls, other)
+        found.met = past.met
+        veiled = past.veiled
+    if veiled:
+        found.splits = False
+    elif other and splits:
+        found.met = meet_sheet(scene, origin, direction, culls, found.met)
+    elif largest(wp.vec3(1.0, 1.0, 1.0) - found.met.tint) > 0.0:
+        found.splits = False  # at a sheet, which was crossed
+    return found
+
+
 @wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
@@ -222,18 +301,9 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         if vertex == CHAIN_VERTICES:
             scene.pane_count = 0
             shows = False
-        met = meet(scene, origin, direction, culls)
-        veiled = bool(False)
-        if scene.sheer and splits:
-            past = past_veil(scene, origin, direction, met, culls, other)
-            met = past.met
-            veiled = past.veiled
-        if veiled:
-            splits = False
-        elif other and splits:
-            met = meet_sheet(scene, origin, direction, culls, met)
-        elif largest(wp.vec3(1.0, 1.0, 1.0) - met.tint) > 0.0:
-            splits = False  # at a sheet, which was crossed
+        branch_hit = meet_in_branch(scene, origin, direction, culls, splits, other)
+        met = branch_hit.met
+        splits = branch_hit.splits
         end.to_viewer = -direction
         end.throughput = wp.cw_mul(end.throughput, met.tint)
         if met.hit.face == NO_HIT:
@@ -258,47 +328,31 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)
         coat = surface.coat
-        if not samples.lobes or vertex == CHAIN_VERTICES:
+        follows_lobes = samples.lobes and vertex < CHAIN_VERTICES
+        if not follows_lobes:
             surface.coat = 0.0
+        crosses = other and splits and surface.crossed
         value = chain_choice(samples, place, vertex)
-        apart = has_coat_apart(surface)
-        if apart:
-            choice = coat_choice(surface, -direction, value)
-            value = choice.value
-            end.throughput = end.throughput * choice.weight
-        chosen = choose_part(surface, -direction, value)
-        if other and splits and surface.crossed:
-            chosen.glass = 1.0
-            chosen.rest = 0.0
-        part = part_of(surface, chosen)
-        goes_on = is_perfect(part)
-        follows = bool(False)
-        if samples.lobes and not goes_on and vertex < CHAIN_VERTICES:
-            follows = chosen.coat and apart
-            goes_on = part.glass > 0.0 or follows
-            share = float(0.0)
-            if not goes_on:
-                share = followed_share(part, -direction)
-            if share > 0.0:
-                follows = chosen.rest < share
-                goes_on = follows
-                end.throughput = end.throughput / wp.where(follows, share, 1.0 - share)
-        if vertex == CHAIN_VERTICES or not goes_on:
+        step = chain_step(surface, -direction, value, end.throughput, crosses, follows_lobes)
+        part = step.part
+        rest = step.rest
+        end.throughput = step.throughput
+        if vertex == CHAIN_VERTICES or not step.goes_on:
             if other and splits:
                 return end
             end.face = met.hit.face
             end.surface = surface
             if scene.part_glass and surface.crossed and samples.frame_index[0] >= 0:
                 end.surface.glass = 0.0  # what it mirrors is of other chains
-            if chosen.coat:
+            if step.coat:
                 end.surface = part
             elif not samples.lobes:
                 end.surface.coat = coat
             return end
         if splits and part.glass > 0.0:
             splits = False
-            branch = first_branch(part, -direction, chosen.rest, other and not part.crossed)
-            chosen.rest = branch.rest
+            branch = first_branch(part, -direction, rest, other and not part.crossed)
+            rest = branch.rest
             end.throughput = end.throughput * branch.share
             if largest(end.throughput) <= 0.0:
                 return end
@@ -308,8 +362,8 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             drawn = wp.vec2(pair.x, pair.y)
         # Nothing else finds emitters and the sky in mirrors and behind frosted glass; those of other lobes are direct
         # light of chains that do not go on.
-        shows = not follows and (shows or part.glass == 0.0 or not part.clear)
-        sample = onward(part, -direction, chosen.rest, follows, drawn)
+        shows = not step.follows and (shows or part.glass == 0.0 or not part.clear)
+        sample = onward(part, -direction, rest, step.follows, drawn)
         if largest(sample.weight) <= 0.0 and not is_perfect(part):
             return end
         end.throughput = wp.cw_mul(end.throughput, sample.weight)
