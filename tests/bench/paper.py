@@ -42,7 +42,6 @@ POINTS = {
         Point("6c", "sps", 472.0, 3.00e-4),
     ),
 }
-EXACT_MS = {"conference": 1715.0, "cornell-box": 2348.0, "living-room": 1195.0}
 
 
 def paper_scene(name: str) -> str:
