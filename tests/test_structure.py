@@ -138,6 +138,26 @@ def test_every_kernel_has_a_name_of_its_own() -> None:
     assert {name: count for name, count in names.items() if count > 1 or name == "kernel"} == {}
 
 
+def calls(tree: ast.AST) -> Iterator[tuple[str, list[ast.expr]]]:
+    """Names of the functions that are called, and what with."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            yield node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", ""), node.args
+
+
+def test_kernels_whose_items_add_to_the_same_elements_are_launched_together() -> None:
+    """On a CPU, slices of a launch run side by side, and atomics are none there."""
+    adding = {"atomic_add", "atomic_min", "atomic_max", "count_in", "room_in"}
+    trees = sources("gpu").values()
+    functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    found = {it.name for it in functions if it.name.endswith("_kernel") and adding & {name for name, _ in calls(it)}}
+    assert len(found) > 4
+    for name, arguments in (call for tree in trees for call in calls(tree)):
+        if name == "launch" and arguments:
+            kernel = arguments[0].func if isinstance(arguments[0], ast.Call) else arguments[0]
+            assert not (isinstance(kernel, ast.Name) and kernel.id in found), kernel.id
+
+
 def test_no_function_has_many_parameters() -> None:
     """The first item of a launch, which every kernel takes, does not count, nor does a method's own object."""
     many = []

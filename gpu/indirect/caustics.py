@@ -8,7 +8,7 @@ import warp as wp
 
 from gpu.clustering.grid import separation
 from gpu.core.constants import PI
-from gpu.core.device import launch
+from gpu.core.device import launch, launch_together
 from gpu.core.image_size import ImageSize
 from gpu.core.intrinsics import lanes_of, vector_sum
 from gpu.device_scene.bsdf import largest
@@ -131,7 +131,7 @@ class CausticGather:
         edges, count = self._edges, self._count
         count.zero_()
         inputs = [gbuffer, sps.image, sps.sparse, sps.listed, mean, self._found, edges, count]
-        launch(interpolate_caustics_kernel, sps.capacity, inputs, sps.device)
+        launch_together(interpolate_caustics_kernel, sps.capacity, inputs, sps.device)
         self._gather(scene, gbuffer, (edges, count), lit, features)
 
     def _gather(self, scene: SceneData, gbuffer: GBuffer, listed: tuple[wp.array, wp.array], lit: CausticLight,

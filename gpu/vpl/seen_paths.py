@@ -51,6 +51,7 @@ SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
 WALKS, LENGTH = 8192, 2
 # More paths are traced where at least so many times as many are worth it.
 LEAST_MORE = 2.5
+SUMS = 256  # threads that sum up
 # Of paths for each VPL that is wanted, each of which takes memory.
 MOST_PATHS = 16
 
@@ -104,6 +105,20 @@ def worth_kernel(first: int, order: wp.array[int], filled: wp.array[int], vpls: 
     worth[place] = carried[place] * matters
 
 
+@wp.kernel
+def worth_sums_kernel(first: int, filled: wp.array[int], carried: wp.array[float], worth: wp.array[float],
+                      sums: wp.array[wp.vec3d]) -> None:  # fmt: skip
+    """One thread a row of `sums` (row,): what every so many VPLs carry, what they are worth, and its squares; in double
+    precision and always in the same order, since choices hang on it.
+    """
+    row = first + wp.tid()
+    total = wp.vec3d()
+    for place in range(row, filled[0], sums.shape[0]):
+        value = wp.float64(worth[place])
+        total += wp.vec3d(wp.float64(carried[place]), value, value * value)
+    sums[row] = total
+
+
 @wp.func
 def chance(kept: wp.vec2, carried: float, worth: float) -> float:
     """That with which a VPL is kept that carries so much and is worth so much [W]; kept: as PathPlan.even and worth."""
@@ -151,6 +166,16 @@ class PathPlan:
         return self.worth == inf
 
 
+@dataclass(frozen=True)
+class WorthSums:
+    """Of so many VPLs: what they carry, what they are worth [W], and the squares of that [W²]."""
+
+    count: int
+    carried: float
+    worth: float
+    squares: float
+
+
 class SeenPathEnds(PathEnds):
     """Path ends that are thinned out by what they are worth, unless they are to be `whole`."""
 
@@ -161,12 +186,8 @@ class SeenPathEnds(PathEnds):
         capacity = 0 if whole else self.capacity
         self._lit = wp.zeros(capacity, dtype=int, device=self.device)
         self._carried, self._worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
+        self._sums = wp.zeros(0 if whole else SUMS, dtype=wp.vec3d, device=self.device)
         self._kept = wp.full(1, wp.vec2(1.0 / SEEN_PARAMETERS.least, inf), dtype=wp.vec2, device=self.device)
-
-    @property
-    def sees(self) -> bool:
-        """Whether walks from the cameras come anywhere, so that they can tell what is worth more."""
-        return not self.whole and bool(self._vertices.numpy()["normal"].any())
 
     def follow(self, plan: PathPlan) -> None:
         """Have so many paths, and keep so many of their VPLs, from now on; all are kept before."""
@@ -190,6 +211,15 @@ class SeenPathEnds(PathEnds):
         launch(seen_vertices_kernel(part_glass_of(scene)), self.capacity, inputs, self.device)
         launch(worth_kernel, self.capacity, [*places, chosen, self._lit, self._carried, self._worth], self.device)
 
+    def sum_worth(self) -> None:
+        """Have `sums` of what `find_worth` has found."""
+        launch(worth_sums_kernel, SUMS, [self.filled, self._carried, self._worth, self._sums], self.device)
+
+    def sums(self, count: int) -> WorthSums:
+        """Those that `sum_worth` has found of so many VPLs."""
+        carried, worth, squares = self._sums.numpy().sum(axis=0).tolist()
+        return WorthSums(count, carried, worth, squares)
+
     def worth(self) -> tuple[Doubles, Doubles]:
         """What each carries of which `find_worth` has found it, and what it is worth, (place,) each [W]."""
         carried, worth = (each.numpy()[: self.count()].astype(np.float64) for each in (self._carried, self._worth))
@@ -208,7 +238,13 @@ class SeenPilot:
 
     def __init__(self, bounces: int, vertices: wp.array) -> None:
         """vertices: of `walked`."""
+        self._vertices = vertices
         self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, whole=vertices.size == 0)
+        self.look_again()
+
+    def look_again(self) -> None:
+        """Find whether walks from the cameras come anywhere now, so that they can tell what is worth more."""
+        self._sees = not self._ends.whole and bool(self._vertices.numpy()["normal"].any())
 
     def plan(self, wanted: int, scene: SceneData, table: LightTable, features: SceneFeatures) -> PathPlan:
         """What leaves about `wanted` VPLs; no path without light."""
@@ -216,30 +252,32 @@ class SeenPilot:
             return PathPlan(0)
         ends = self._ends
         PathEnds.trace(ends, scene, table, ends.no_seed, features)
-        paths = paths_that_leave(wanted, ends.count() / ends.room, MOST_PATHS)
-        if not ends.whole:
-            ends.find_worth(scene)  # its kernels are to be noted where nothing is run, and so nothing seen
-        if not ends.sees:
+        if not ends.whole:  # kernels are to be noted where nothing is run, and so nothing seen
+            ends.find_worth(scene)
+            ends.sum_worth()
+        count = ends.count()
+        paths = paths_that_leave(wanted, count / ends.room, MOST_PATHS)
+        if not self._sees:
             return PathPlan(paths)
-        carried, worth = ends.worth()
-        more = min(paths_worth_tracing(carried, worth), MOST_PATHS * wanted / paths)
+        more = min(paths_worth_tracing(ends.sums(count)), MOST_PATHS * wanted / paths)
         if more < LEAST_MORE:
             return PathPlan(paths)
+        carried, worth = ends.worth()
         made = round(more * paths)
         # Each path carries less than one of the pilot, and there are more of each kind.
         as_many, even = made / ends.room, SEEN_PARAMETERS.even / more
         return PathPlan(made, even, worth_kept(carried / as_many, worth / as_many, even, wanted / as_many))
 
 
-def paths_worth_tracing(carried: Doubles, worth: Doubles) -> float:
-    """How many times as many paths should be traced as are needed for VPLs that carry and are worth so much, (vpl,):
-    the more, the fewer have most of the worth, and the less of what they carry matters.
+def paths_worth_tracing(sums: WorthSums) -> float:
+    """How many times as many paths should be traced as are needed for VPLs that carry and are worth so much: the more,
+    the fewer have most of the worth, and the less of what they carry matters.
     """
-    if not worth.any():
+    if sums.worth == 0.0:
         return 1.0
     chosen = SEEN_PARAMETERS
-    counting = worth.sum() ** 2 / (len(worth) * (worth**2).sum())
-    return float(min(max(chosen.wanted / counting, carried.sum() / worth.sum()), chosen.most))
+    counting = sums.worth**2 / (sums.count * sums.squares)
+    return min(max(chosen.wanted / counting, sums.carried / sums.worth), chosen.most)
 
 
 def worth_kept(carried: Doubles, worth: Doubles, even: float, wanted: float) -> float:

@@ -6,7 +6,7 @@ from typing import Any
 
 import warp as wp
 
-from gpu.core.device import launch
+from gpu.core.device import launch_together
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
@@ -82,5 +82,5 @@ def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParame
     vertices = walk_from_cameras(device_scene, device_scene.data, chosen.walks, chosen.length)
     seen = wp.zeros((len(lights), side * side), dtype=int, device=device)
     inputs = [device_scene.data, table, vertices, side, seen]
-    launch(sunlit_vertex_kernel(part_glass_of(device_scene.data)), vertices.size, inputs, device)
+    launch_together(sunlit_vertex_kernel(part_glass_of(device_scene.data)), vertices.size, inputs, device)
     return sun_maps(seen.numpy().reshape(len(lights), side, side), device)

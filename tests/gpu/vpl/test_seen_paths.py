@@ -17,9 +17,11 @@ from gpu.vpl.light_sets import LightSets
 from gpu.vpl.seen_paths import (
     LEAST_MORE,
     SEEN_PARAMETERS,
+    SUMS,
     PathPlan,
     SeenPathEnds,
     SeenPilot,
+    WorthSums,
     paths_worth_tracing,
     walked,
     worth_kept,
@@ -90,7 +92,17 @@ def test_what_carries_more_is_kept_rather() -> None:
     ],
 )
 def test_the_less_counts_the_more_paths_are_traced(carried: Doubles, worth: Doubles, more: float) -> None:
-    assert paths_worth_tracing(carried, worth) == pytest.approx(more)
+    sums = WorthSums(len(worth), carried.sum(), worth.sum(), (worth**2).sum())
+    assert paths_worth_tracing(sums) == pytest.approx(more)
+
+
+def test_sums_are_of_all_that_was_traced() -> None:
+    ends = ends_of(rooms(DARK), None)
+    ends.sum_worth()
+    carried, worth = ends.worth()
+    found = ends.sums(len(worth))
+    assert found.count == len(worth) > SUMS
+    assert (found.carried, found.worth, found.squares) == pytest.approx((carried.sum(), worth.sum(), (worth**2).sum()))
 
 
 def test_each_seed_leaves_others() -> None:
