@@ -124,8 +124,9 @@ def test_what_is_dragged_along_an_axis_moves_in_one_step(page: Page, stage: Stag
     page.mouse.click(*CHAIR_AT)
     expect(page.get_by_role("slider", name="Move chair along Z")).to_be_hidden()  # it is seen from its end
     drag(page, "Move chair along X", right=100, down=30)
-    x = float(page.get_by_label("moved along X").input_value())
-    assert x == pytest.approx(100 * METRES_A_PIXEL, abs=2e-3)
+    field = page.get_by_label("moved along X")
+    wait_for(page, lambda: float(field.input_value()) == pytest.approx(100 * METRES_A_PIXEL, abs=2e-3))
+    x = float(field.input_value())
     hears(stage, {"objects": {"chair": {"offset": [x, 0, 0]}}})
     page.keyboard.press("Control+z")
     expect(page.get_by_label("moved along X")).to_have_value("0")

@@ -27,6 +27,7 @@ from server.settings import ServerSettings
 
 TOKEN = "correct-horse-battery-staple"
 PROGRAM = f"""
+import signal
 import sys
 from gpu.errors import UserError
 from server.serve import serve
@@ -35,6 +36,7 @@ from server.serve import serve
 from server.settings import ServerSettings
 from server.walk.stream import ROUTE
 shutdown.DRAIN_SECONDS = shutdown.END_SECONDS = 1000.0  # what holds up the end does so for too long
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever runs the tests ignores
 try:
     serve(ServerSettings(port=0, device=sys.argv[1] or None), {GRADIENT_WORKER!r})
 except UserError as error:

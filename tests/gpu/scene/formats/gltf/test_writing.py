@@ -147,5 +147,5 @@ def test_a_lamp_whose_file_tells_no_sides_is_seen_from_behind_and_stays_dark_the
     sides = area_vectors(read.vertices.astype(np.float64), read.triangles)
     assert (np.sign(sides[:, 2]) == np.where(read.triangle_material == 0, 1.0, -1.0)).all()
     assert (np.sign(read.normals[read.triangles[:, 0], 2]) == np.sign(sides[:, 2])).all()
-    assert [part.id for part in lights_of(read)] == ["lamp"]
+    assert [part.id for part in lights_of(read) if not part.added] == ["lamp"]
     assert emitted_power(read).sum() == pytest.approx(emitted_power(made).sum())
