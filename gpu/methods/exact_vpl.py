@@ -31,7 +31,7 @@ class ExactVpl(RenderMethod[ViewState]):
 
     stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "caustic-photons", "gather", "direct", "caustics",
                    "near", "interpolate", "gloss", "branches")  # fmt: skip
-    pixel_bytes, view_pixel_bytes, gloss_pixel_bytes, branches_pixel_bytes = 369, 12, 28, 12
+    pixel_bytes, view_pixel_bytes, gloss_pixel_bytes, branches_pixel_bytes = 369, 12, 44, 12
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._gathers_clusters = setup, setup.settings.clustering is Clustering.VPLS

@@ -49,7 +49,7 @@ def shown(transmission: float = 1.0, *, direct: bool = True, walls: Material = W
     assert view.gloss
     known = known_light(lights.table, cache, direct=direct)
     view.gloss.trace(view.scene, view.camera, view.gbuffer, known, direct_samples(1, moment, seed))
-    view.gloss.share(view.gbuffer)
+    view.gloss.share(view.gbuffer, restores=False)
     view.radiance.zero_()
     view.gloss.add(view.gbuffer, view.radiance)
     return view.radiance.numpy() * np.pi / 2.0, view.gbuffer.albedo.numpy()
