@@ -79,19 +79,24 @@ def compiles_beside(device: wp.Device) -> bool:
     return bool(device.is_cuda)
 
 
+def _are_kept(kernels: set[wp.Kernel], device: wp.Device) -> bool:
+    """Whether Warp's cache has them all."""
+    return all(is_compiled(kernel, device, block_of(device)) for kernel in kernels)
+
+
 def compile_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
     """What is compiled from now on for the first frames of a scene, which `warm_up_soon` would wait for; None where
     Warp's cache has it, or general kernels that stand in.
     """
-    device, block = device_scene.device, block_of(device_scene.device)
+    device = device_scene.device
     own = frame_kernels(device_scene, settings, averaged=STILL_VIEW_PARAMETERS.smoothed_frames)
-    if all(is_compiled(kernel, device, block) for kernel in own):
+    if _are_kept(own, device):
         return None
     if compiles_beside(device):
         general = frame_kernels(device_scene.generalised(), settings)
-        if all(is_compiled(kernel, device, block) for kernel in general):
+        if _are_kept(general, device):
             return None
-    return LateKernels(own, device, block, after=0.0)
+    return LateKernels(own, device, block_of(device), after=0.0)
 
 
 def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKernels | None:
@@ -101,14 +106,10 @@ def warm_up_soon(device_scene: DeviceScene, settings: RenderSettings) -> LateKer
     two kernels take longest of all, is compiled beside, and loaded by the first frame that launches it.
     """
     device, block = device_scene.device, block_of(device_scene.device)
-
-    def cached(kernels: set[wp.Kernel]) -> bool:
-        return all(is_compiled(kernel, device, block) for kernel in kernels)
-
     own = first = frame_kernels(device_scene, settings)
-    if compiles_beside(device) and not cached(own):
+    if compiles_beside(device) and not _are_kept(own, device):
         general = frame_kernels(device_scene.generalised(), settings)
-        if cached(general):
+        if _are_kept(general, device):
             load_kernels([*general, *imported_kernels()], device, block)
             return LateKernels(own - general, device, block)
         first = frame_kernels(device_scene, settings, averaged=STILL_VIEW_PARAMETERS.smoothed_frames)

@@ -7,7 +7,8 @@ import numpy as np
 from gpu.scene.geometry.boxes import lengths
 from gpu.scene.geometry.host_rays import HostRays, solid_triangles
 from gpu.scene.geometry.normals import area_vectors
-from gpu.scene.types import Doubles, LightKind, Scene
+from gpu.scene.lighting.added_daylight import has_sun
+from gpu.scene.types import Doubles, Scene
 
 _LAMPS = 8  # the largest emissive triangles, and as many lights
 _MOST_WAYS, _LEAST_WAYS = 32, 4  # from each lamp
@@ -17,7 +18,7 @@ _LIFT = 1e-5
 
 def is_shut_in(scene: Scene) -> bool:
     """Whether there are lamps, and all ways from them end at surfaces that stop light; a sky and a sun are outside."""
-    if scene.sky is not None or any(light.kind is LightKind.DIRECTIONAL for light in scene.lights):
+    if scene.sky is not None or has_sun(scene):
         return False
     rays = HostRays(scene.vertices, scene.triangles[solid_triangles(scene)])
     ways = int(np.clip(_TESTS / len(scene.triangles) / _LAMPS, _LEAST_WAYS, _MOST_WAYS))
