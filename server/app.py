@@ -35,6 +35,7 @@ from server.rest import metrics as monitor
 from server.rest import picking as pick_api
 from server.rest import render as render_api
 from server.rest import scenes as scene_api
+from server.rest.joined import PLACE
 from server.rest.openapi import describe
 from server.rest.pages import FOLDER, Pages
 from server.results import FOLDER as RESULTS
@@ -49,7 +50,7 @@ from server.walk import stream
 from server.walk.viewer import settings_schema
 
 # At the top of the service: the page's files, and what is beside them.
-NAMES = {"", "api", "healthz", "readyz", "metrics", *(path.name for path in FOLDER.iterdir())}
+NAMES = {"", "api", "healthz", "readyz", "metrics", PLACE, *(path.name for path in FOLDER.iterdir())}
 EXPOSED = ("Location", "Retry-After", "WWW-Authenticate", *render_api.STATISTICS)
 
 

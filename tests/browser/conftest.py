@@ -5,18 +5,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from chromium import CHROMIUM, FLAGS
 from harness import Running, run
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from server.settings import ServerSettings
 
-# Chromium that has no window takes a third less of a processor than the whole browser without a screen.
-PROGRAMS = [Path("/usr/lib/chromium/chromium-headless-shell"), Path("/usr/bin/chromium")]
-CHROMIUM = next(filter(Path.exists, PROGRAMS), PROGRAMS[0])
-FLAGS = (
-    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
 expect.set_options(timeout=30_000)  # ms, on busy cores
 
 
