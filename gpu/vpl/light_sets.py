@@ -116,7 +116,8 @@ class LightSets:
     def renew(self, light_set: LightSet, progress: Progress, run: RunPart = _run) -> None:
         """Make a set of the scene's light as it is, mostly into the arrays that it has.
 
-        run: runs the parts `light`, which traces, and `vpl-clusters`; or `relight`, where the paths are as they were.
+        run: runs the parts `pilot`, where nobody knows how many paths there are, `light`, which traces, and
+        `vpl-clusters`; or `relight`, where the paths are as they were.
         """
         was_current = self.is_current(light_set)
         with self._making():
@@ -132,7 +133,7 @@ class LightSets:
         choice, scene = light_set.choice, self._view(light_set.choice)
         light_set.version = light_set.path_version = -1
         progress("tracing virtual point lights", 0.0)
-        plan = self._plan(choice, scene)
+        plan = self._plan(choice, scene, run)
         if plan.paths == 0:
             light_set.count = 0
         else:
@@ -150,14 +151,17 @@ class LightSets:
             self._views[choice.lambertian] = self._path_light.seen_by_paths(view)
         return self._views[choice.lambertian]
 
-    def _plan(self, choice: LightSetChoice, scene: SceneData) -> PathPlan:
-        same = replace(choice, seed=0)
+    def _plan(self, choice: LightSetChoice, scene: SceneData, run: RunPart) -> PathPlan:
+        same, table = replace(choice, seed=0), self._path_light.table
+        if table.count == 0:
+            return PathPlan(0)
         if same not in self._paths:
             features = self._device_scene.features(lambertian=choice.lambertian)
             if choice.bounces not in self._pilots:
                 self._pilots[choice.bounces] = SeenPilot(choice.bounces, self._walked)
             pilot = self._pilots[choice.bounces]
-            self._paths[same] = pilot.plan(choice.vpls, scene, self._path_light.table, features)
+            run("pilot", lambda: pilot.trace(scene, table, features))
+            self._paths[same] = pilot.plan(choice.vpls)
         return self._paths[same]
 
     def _trace(self, light_set: LightSet, scene: SceneData, plan: PathPlan, run: RunPart) -> tuple[VplMaker, int]:

@@ -15,6 +15,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connected
@@ -51,7 +52,6 @@ SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
 WALKS, LENGTH = 8192, 2
 # More paths are traced where at least so many times as many are worth it.
 LEAST_MORE = 2.5
-SUMS = 256  # threads that sum up
 # Of paths for each VPL that is wanted, each of which takes memory.
 MOST_PATHS = 16
 
@@ -105,20 +105,6 @@ def worth_kernel(first: int, order: wp.array[int], filled: wp.array[int], vpls: 
     worth[place] = carried[place] * matters
 
 
-@wp.kernel
-def worth_sums_kernel(first: int, filled: wp.array[int], carried: wp.array[float], worth: wp.array[float],
-                      sums: wp.array[wp.vec3d]) -> None:  # fmt: skip
-    """One thread a row of `sums` (row,): what every so many VPLs carry, what they are worth, and its squares; in double
-    precision and always in the same order, since choices hang on it.
-    """
-    row = first + wp.tid()
-    total = wp.vec3d()
-    for place in range(row, filled[0], sums.shape[0]):
-        value = wp.float64(worth[place])
-        total += wp.vec3d(wp.float64(carried[place]), value, value * value)
-    sums[row] = total
-
-
 @wp.func
 def chance(kept: wp.vec2, carried: float, worth: float) -> float:
     """That with which a VPL is kept that carries so much and is worth so much [W]; kept: as PathPlan.even and worth."""
@@ -166,18 +152,11 @@ class PathPlan:
         return self.worth == inf
 
 
-@dataclass(frozen=True)
-class WorthSums:
-    """Of so many VPLs: what they carry, what they are worth [W], and the squares of that [W²]."""
-
-    count: int
-    carried: float
-    worth: float
-    squares: float
-
-
 class SeenPathEnds(PathEnds):
-    """Path ends that are thinned out by what they are worth, unless they are to be `whole`."""
+    """Path ends that are thinned out by what they are worth, unless they are to be `whole`.
+
+    carried, worth (place,): of `worth_kernel`.
+    """
 
     def __init__(self, room: int, bounces: int, vertices: wp.array, *, whole: bool) -> None:
         """As PathEnds; `vertices` (walk, vertex): of `walked`."""
@@ -185,8 +164,7 @@ class SeenPathEnds(PathEnds):
         self.whole, self._vertices = whole, vertices
         capacity = 0 if whole else self.capacity
         self._lit = wp.zeros(capacity, dtype=int, device=self.device)
-        self._carried, self._worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
-        self._sums = wp.zeros(0 if whole else SUMS, dtype=wp.vec3d, device=self.device)
+        self.carried, self.worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
         self._kept = wp.full(1, wp.vec2(1.0 / SEEN_PARAMETERS.least, inf), dtype=wp.vec2, device=self.device)
 
     def follow(self, plan: PathPlan) -> None:
@@ -200,7 +178,7 @@ class SeenPathEnds(PathEnds):
         super().trace(scene, table, seed, features)
         if not self.whole:
             self.find_worth(scene)
-            inputs = [self.order, self.filled, SEEN_PARAMETERS.together, self._carried, self._worth, self._kept, seed]
+            inputs = [self.order, self.filled, SEEN_PARAMETERS.together, self.carried, self.worth, self._kept, seed]
             launch(thin_out_kernel, self.capacity, [*inputs, self.raw], self.device)
             self.put_in_order()
 
@@ -209,21 +187,7 @@ class SeenPathEnds(PathEnds):
         places, chosen = [self.order, self.filled, self.raw], SEEN_PARAMETERS
         inputs = [scene, *places, self._vertices, chosen, self._lit]
         launch(seen_vertices_kernel(part_glass_of(scene)), self.capacity, inputs, self.device)
-        launch(worth_kernel, self.capacity, [*places, chosen, self._lit, self._carried, self._worth], self.device)
-
-    def sum_worth(self) -> None:
-        """Have `sums` of what `find_worth` has found."""
-        launch(worth_sums_kernel, SUMS, [self.filled, self._carried, self._worth, self._sums], self.device)
-
-    def sums(self, count: int) -> WorthSums:
-        """Those that `sum_worth` has found of so many VPLs."""
-        carried, worth, squares = self._sums.numpy().sum(axis=0).tolist()
-        return WorthSums(count, carried, worth, squares)
-
-    def worth(self) -> tuple[Doubles, Doubles]:
-        """What each carries of which `find_worth` has found it, and what it is worth, (place,) each [W]."""
-        carried, worth = (each.numpy()[: self.count()].astype(np.float64) for each in (self._carried, self._worth))
-        return carried, worth
+        launch(worth_kernel, self.capacity, [*places, chosen, self._lit, self.carried, self.worth], self.device)
 
 
 def walked(device_scene: DeviceScene) -> wp.array:
@@ -240,44 +204,47 @@ class SeenPilot:
         """vertices: of `walked`."""
         self._vertices = vertices
         self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, whole=vertices.size == 0)
+        self._carried, self._worth = StagingBuffer(self._ends.carried), StagingBuffer(self._ends.worth)
         self.look_again()
 
     def look_again(self) -> None:
         """Find whether walks from the cameras come anywhere now, so that they can tell what is worth more."""
         self._sees = not self._ends.whole and bool(self._vertices.numpy()["normal"].any())
 
-    def plan(self, wanted: int, scene: SceneData, table: LightTable, features: SceneFeatures) -> PathPlan:
-        """What leaves about `wanted` VPLs; no path without light."""
-        if table.count == 0:
-            return PathPlan(0)
+    def trace(self, scene: SceneData, table: LightTable, features: SceneFeatures) -> None:
+        """Trace them, and have what they leave on its way to the host."""
         ends = self._ends
         PathEnds.trace(ends, scene, table, ends.no_seed, features)
         if not ends.whole:  # kernels are to be noted where nothing is run, and so nothing seen
             ends.find_worth(scene)
-            ends.sum_worth()
-        count = ends.count()
+            self._carried.download()
+            self._worth.download()
+
+    def plan(self, wanted: int) -> PathPlan:
+        """What leaves about `wanted` VPLs by what `trace` has found. The host waits for the device's current stream."""
+        ends, count = self._ends, self._ends.count()
         paths = paths_that_leave(wanted, count / ends.room, MOST_PATHS)
         if not self._sees:
             return PathPlan(paths)
-        more = min(paths_worth_tracing(ends.sums(count)), MOST_PATHS * wanted / paths)
+        carried, worth = (each.host[:count].astype(np.float64) for each in (self._carried, self._worth))
+        more = min(paths_worth_tracing(carried, worth), MOST_PATHS * wanted / paths)
         if more < LEAST_MORE:
             return PathPlan(paths)
-        carried, worth = ends.worth()
         made = round(more * paths)
         # Each path carries less than one of the pilot, and there are more of each kind.
         as_many, even = made / ends.room, SEEN_PARAMETERS.even / more
         return PathPlan(made, even, worth_kept(carried / as_many, worth / as_many, even, wanted / as_many))
 
 
-def paths_worth_tracing(sums: WorthSums) -> float:
-    """How many times as many paths should be traced as are needed for VPLs that carry and are worth so much: the more,
-    the fewer have most of the worth, and the less of what they carry matters.
+def paths_worth_tracing(carried: Doubles, worth: Doubles) -> float:
+    """How many times as many paths should be traced as are needed for VPLs that carry and are worth so much, (vpl,)
+    each [W]: the more, the fewer have most of the worth, and the less of what they carry matters.
     """
-    if sums.worth == 0.0:
+    whole, chosen = float(worth.sum()), SEEN_PARAMETERS
+    if whole == 0.0:
         return 1.0
-    chosen = SEEN_PARAMETERS
-    counting = sums.worth**2 / (sums.count * sums.squares)
-    return min(max(chosen.wanted / counting, sums.carried / sums.worth), chosen.most)
+    counting = whole**2 / (len(worth) * float((worth**2).sum()))
+    return min(max(chosen.wanted / counting, float(carried.sum()) / whole), chosen.most)
 
 
 def worth_kept(carried: Doubles, worth: Doubles, even: float, wanted: float) -> float:

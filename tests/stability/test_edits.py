@@ -226,10 +226,10 @@ def test_light_that_an_edit_changes_is_made_before_or_after_what_a_frame_begins_
     after = walk(SIZE, "cpu", **COUNTS)
     _, names = after[1]
     assert names == [*(name for name in FuzzyVpl.stage_names if name in names), "display"]
-    assert names[:5] == ["gbuffer", "history", "cluster", "light", "vpl-clusters"]
+    assert names[:6] == ["gbuffer", "history", "cluster", "pilot", "light", "vpl-clusters"]
     monkeypatch.setattr("gpu.renderer.Stages", LightFirst)
     before = walk(SIZE, "cpu", **COUNTS)
-    assert before[1][1][:3] == ["light", "vpl-clusters", "gbuffer"]
+    assert before[1][1][:4] == ["pilot", "light", "vpl-clusters", "gbuffer"]
     assert [radiance for radiance, _ in before] == [radiance for radiance, _ in after]
 
 

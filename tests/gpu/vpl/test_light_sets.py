@@ -143,7 +143,7 @@ def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: Devic
     moved = SceneEdits(lights={"bulb": LightEdit(position=(0.1, 0.2, 0.0))})
     assert light_sets.follow(base.edited(edited(scene, moved)))
     light_sets.renew(light_set, silent, run)
-    assert told == ["relight", "light", "vpl-clusters"]
+    assert told == ["relight", "pilot", "light", "vpl-clusters"]
 
 
 def test_a_file_that_says_what_edits_say_has_as_much_light_by_other_paths(device_scene: DeviceScene) -> None:

@@ -17,11 +17,9 @@ from gpu.vpl.light_sets import LightSets
 from gpu.vpl.seen_paths import (
     LEAST_MORE,
     SEEN_PARAMETERS,
-    SUMS,
     PathPlan,
     SeenPathEnds,
     SeenPilot,
-    WorthSums,
     paths_worth_tracing,
     walked,
     worth_kept,
@@ -58,7 +56,8 @@ def traced(device_scene: DeviceScene, plan: PathPlan | None, seed: int = 0) -> t
 
 def by_worth(device_scene: DeviceScene) -> PathPlan:
     """That of as many VPLs as a fifth of what is traced, half of them by their worth."""
-    carried, worth = ends_of(device_scene, None).worth()
+    ends = ends_of(device_scene, None)
+    carried, worth = (each.numpy()[: ends.count()].astype(np.float64) for each in (ends.carried, ends.worth))
     return PathPlan(PATHS, 0.1, worth_kept(carried, worth, 0.1, 0.2 * len(worth)))
 
 
@@ -92,17 +91,7 @@ def test_what_carries_more_is_kept_rather() -> None:
     ],
 )
 def test_the_less_counts_the_more_paths_are_traced(carried: Doubles, worth: Doubles, more: float) -> None:
-    sums = WorthSums(len(worth), carried.sum(), worth.sum(), (worth**2).sum())
-    assert paths_worth_tracing(sums) == pytest.approx(more)
-
-
-def test_sums_are_of_all_that_was_traced() -> None:
-    ends = ends_of(rooms(DARK), None)
-    ends.sum_worth()
-    carried, worth = ends.worth()
-    found = ends.sums(len(worth))
-    assert found.count == len(worth) > SUMS
-    assert (found.carried, found.worth, found.squares) == pytest.approx((carried.sum(), worth.sum(), (worth**2).sum()))
+    assert paths_worth_tracing(carried, worth) == pytest.approx(more)
 
 
 def test_each_seed_leaves_others() -> None:
@@ -120,7 +109,8 @@ def plan_of(device_scene: DeviceScene) -> PathPlan:
     """For a thousand VPLs."""
     features = device_scene.generalised().features(lambertian=False)
     pilot = SeenPilot(BOUNCES, walked(device_scene))
-    return pilot.plan(1000, device_scene.data, build_light_table(device_scene), features)
+    pilot.trace(device_scene.data, build_light_table(device_scene), features)
+    return pilot.plan(1000)
 
 
 def test_where_all_matters_or_none_can_tell_nothing_is_left_out() -> None:
