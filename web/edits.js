@@ -4,7 +4,7 @@
  * are this viewer's own.
  */
 
-import { compose, inverse, merge, removal, replaced, without } from "./merge.js";
+import { compose, difference, inverse, merge, removal, replaced, without } from "./merge.js";
 
 /** @typedef {import("./messages.js").SceneEdits} SceneEdits */
 /** @typedef {import("./messages.js").ScenePatch} ScenePatch */
@@ -130,7 +130,7 @@ export class EditHistory {
    * @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows
    * @returns {boolean} whether what was done here went with another run of it
    */
-  told({ edits, edit, own, suns }) {
+  told({ edits, edit, own, suns, shared_over: before }) {
     const other = this.#doubted !== null && JSON.stringify(this.#doubted) !== JSON.stringify(edits);
     const lost = other && this.#steps.length > 0;
     if (lost) this.#forget();
@@ -139,6 +139,7 @@ export class EditHistory {
     this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
     if (this.#sent.length === 0) this.#belong(own);
+    if (before) this.#shared(before, edits, edit);
     if (this.#kept && own) {
       const { edits: kept } = this;
       this.#kept = null;
@@ -150,6 +151,15 @@ export class EditHistory {
     }
     this.#changed();
     return lost;
+  }
+
+  /**
+   * Its own edits have become those of all, before all that was done since: a step.
+   * @param {SceneEdits} before  what all saw @param {SceneEdits} now @param {number} id
+   */
+  #shared(before, now, id) {
+    const [undo, patch] = /** @type {ScenePatch[]} */ ([difference(now, before), difference(before, now)]);
+    if (undo && patch && Object.keys(patch).length > 0) this.#done.unshift({ undo, parts: [{ id, patch }], asked: 0, what: null });
   }
 
   /** In the order in which they are or were done. */

@@ -49,6 +49,21 @@ export function without(patch, other) {
   return Object.fromEntries(left.map(([name, value]) => [name, isObject(value) ? without(value, others[name]) : value]));
 }
 
+/** The patch that makes `to` of `from`. @param {unknown} from @param {unknown} to @returns {unknown} */
+export function difference(from, to) {
+  if (!isObject(from) && !isObject(to)) return to ?? null;
+  const [before, after] = [asObject(from), asObject(to)];
+  const differ = Object.keys({ ...before, ...after }).filter((name) => !same(before[name], after[name]));
+  return Object.fromEntries(differ.map((name) => [name, difference(before[name], after[name])]));
+}
+
+/** Whether two say the same: what says nothing is like what is not there. @param {unknown} one @param {unknown} other @returns {boolean} */
+function same(one, other) {
+  if (!isObject(one) && !isObject(other)) return JSON.stringify(one ?? null) === JSON.stringify(other ?? null);
+  const [a, b] = [asObject(one), asObject(other)];
+  return Object.keys({ ...a, ...b }).every((name) => same(a[name], b[name]));
+}
+
 /** The patch that takes all values of `target` away. @param {unknown} target @returns {unknown} */
 export function removal(target) {
   if (!isObject(target)) return null;

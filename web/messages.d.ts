@@ -296,6 +296,8 @@ export interface Edits {
   own: boolean;
   /** where lights shine that are the sun of a date, by id */
   suns: Readonly<Record<string, [number, number, number]>>;
+  /** what all saw until `edit`, with which this viewer has shared its own: said once */
+  shared_over: SceneEdits | null;
 }
 
 /** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. What moves with time comes first: an edit of a light or an object is of what is there then. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */

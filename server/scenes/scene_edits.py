@@ -121,11 +121,13 @@ class EditedScenes:
             )
         self._own[viewer] = scene, self.of(scene)
 
-    def end_own(self, viewer: int, *, share: bool = False) -> None:
-        """Have a viewer see again what all see; share: and these what were its own."""
+    def end_own(self, viewer: int, *, share: bool = False) -> bool:
+        """Have a viewer see again what all see; share: and these what were its own, if it had some, which is told."""
         scene, edits = self._own.pop(viewer, (None, NO_EDITS))
-        if scene is not None and share:
-            self._set(scene, edits)
+        if scene is None or not share:
+            return False
+        self._set(scene, edits)
+        return True
 
     def change(self, scene: SceneRef, info: SceneInfo, patch: ScenePatch, viewer: int | None = None) -> SceneEdits:
         """Have `patch` in force from the next frame on; the edits then. info: what is in the scene.

@@ -12,6 +12,7 @@ from fastapi import WebSocketDisconnect
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.sample_counts import usual_counts
+from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import Quality, RenderSettings
 from server.http.metered import Metered
@@ -104,6 +105,7 @@ class Viewer:
         self._tried: SceneRef | None = None  # what the file of the shown one has become, which was or is to be opened
         self._problem: UserError | None = None  # why that cannot be, of which the viewer is to be told
         self._last_edit = 0  # of this viewer's that was dealt with
+        self._shared_over: SceneEdits | None = None  # what that has replaced, of which the viewer is to be told
         self._edits_changed = asyncio.Event()
         self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
@@ -222,7 +224,9 @@ class Viewer:
             elif message.own:
                 edited.begin_own(self._shown[0], viewer)
             else:
-                edited.end_own(viewer, share=message.share)
+                before = edited.of(self._shown[0])
+                if edited.end_own(viewer, share=message.share):
+                    self._shared_over = before
             self._edited(self._shown[0])
         except (UserError, TooBusyError) as error:
             await self._refuse_edit(error, message.id)
@@ -330,6 +334,7 @@ class Viewer:
         self._shown = shown
         if shown is not None:
             self._service.edited.end_own(self._session.viewer)
+            self._shared_over = None
             self._service.viewing[self._session.viewer] = shown[0]
             self._session.show(shown[0], self._service.edited.of(shown[0]))
             await self._socket.send(shown[1])
@@ -413,8 +418,9 @@ class Viewer:
                 suns = {
                     one: it.shines for one, it in edits.lights.items() if it.sun is not None and it.shines is not None
                 }
+                over, self._shared_over = self._shared_over, None
                 size = await self._socket.send(
-                    Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns)
+                    Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns, shared_over=over)
                 )
             await asyncio.sleep(max(EDITS_SECONDS, size / EDITS_RATE))
 

@@ -28,10 +28,11 @@ A session
                 its edits are its own from now on, until it changes scene or leaves: they begin as those of all, who do
                 not see them, nor it what all change; or they are those of all again, which with `share` become what
                 its own were.
-    server  edits {scene, edits, edit, own, suns}
+    server  edits {scene, edits, edit, own, suns, shared_over?}
                 after each scene, and when somebody has edited it: all that differs from its file; `edit` is the newest
                 id of this viewer's `edit` and `own` that was dealt with, also if it was refused; `suns` says where
-                lights shine that are the sun of a date. The next frame shows it.
+                lights shine that are the sun of a date; `shared_over` is what all saw before this viewer shared its
+                own. The next frame shows it.
     viewer  settings {id, scene?, scene_options?, size?, settings?, stream?}
                 what is left out stays as it is; `settings`, `stream` and `scene_options` are replaced as a whole (what
                 they leave out gets its default). The newest pose is rendered again. After a change of scene, or of how
@@ -363,6 +364,9 @@ class Edits(Message):
     own: bool = Field(False, description="they are this viewer's own, which nobody else sees")
     suns: dict[PartId, tuple[float, float, float]] = Field(
         {}, description="where lights shine that are the sun of a date, by id"
+    )
+    shared_over: SceneEdits | None = Field(
+        None, description="what all saw until `edit`, with which this viewer has shared its own: said once"
     )
 
 

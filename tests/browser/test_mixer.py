@@ -68,6 +68,12 @@ def test_what_one_does_alone_others_see_once_it_is_shared(page: Page, other: Pag
     page.get_by_role("button", name="Show mine to all").click()
     wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
     expect(page.get_by_label("changes for me alone")).not_to_be_checked()
+    page.get_by_role("button", name="Undo").click()
+    for one in (page, other):  # what all saw before
+        wait_for(one, lambda one=one: 30 < pixel(one, 0.9)[0] < 100)
+    expect(page.get_by_label("Intensity of lamp")).to_have_value("25")
+    page.get_by_role("button", name="Redo").click()
+    wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
     page.get_by_role("button", name="All as the file says").click()
     wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
 

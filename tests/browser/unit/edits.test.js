@@ -188,6 +188,32 @@ test("own edits that are given up before they are so again are sent to nobody", 
   assert.deepEqual([sent, shown(), history.own], [[], undefined, false]);
 });
 
+test("sharing own edits is one step, before all that is done since", (context) => {
+  const [before, after] = [{ lights: { lamp: { intensity: 1 }, spot: { on: false } } }, { lights: { lamp: { intensity: 3 }, spot: { on: false } } }];
+  history.setOwn(true);
+  history.edit(lamp(2));
+  history.edit(lamp(3));
+  told({ ...after, materials: {}, objects: {} }, 3, true);
+  history.setOwn(false, true);
+  history.edit({ lights: { sky: { on: false } } });
+  history.told(/** @type {any} */ ({ edits: after, edit: 4, own: false, suns: {}, shared_over: before }));
+  assert.deepEqual([history.canUndo, shown()], [true, 3]);
+  history.undo();
+  assert.deepEqual([history.edits.lights["sky"]?.on, shown(), history.canUndo], [undefined, 3, true]);
+  history.undo();
+  context.mock.timers.tick(50);
+  assert.deepEqual([history.edits.lights["lamp"], history.edits.lights["spot"], history.canUndo], [{ intensity: 1 }, { on: false }, false]);
+  history.redo();
+  assert.equal(shown(), 3);
+});
+
+test("sharing what differs in nothing is no step", () => {
+  history.setOwn(true);
+  history.setOwn(false, true);
+  history.told(/** @type {any} */ ({ edits: lamp(1), edit: 2, own: false, suns: {}, shared_over: lamp(1) }));
+  assert.equal(history.canUndo, false);
+});
+
 for (const share of [false, true])
   test(`own edits that are given up without a connection are ${share ? "shared" : "shown to nobody"} on the next`, (context) => {
     history.setOwn(true);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { compose, inverse, merge, removal, replaced, without } from "../../../web/merge.js";
+import { compose, difference, inverse, merge, removal, replaced, without } from "../../../web/merge.js";
 
 const target = { lights: { lamp: { on: false, color: [1, 0, 0] } }, materials: {} };
 const patches = [
@@ -24,6 +24,12 @@ function said(edits) {
   const parts = Object.entries(edits).map(([name, value]) => [name, said(value)]);
   return Object.fromEntries(parts.filter(([, value]) => JSON.stringify(value) !== "{}"));
 }
+
+test("the difference of two is the patch that makes one of the other, and names nothing else", () => {
+  const all = [target, {}, ...patches.map((patch) => merge(target, patch))];
+  for (const from of all) for (const to of all) assert.deepEqual(said(merge(from, difference(from, to))), said(to));
+  assert.deepEqual(difference({ time: 1, lights: { lamp: { on: false, color: null } } }, { time: null, lights: { lamp: { on: false } } }), { time: null });
+});
 
 test("two patches in one do what they do after each other", () => {
   for (const first of patches) {

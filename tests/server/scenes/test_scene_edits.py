@@ -76,7 +76,8 @@ def test_edits_of_a_viewer_can_become_those_of_all() -> None:
     scenes.listeners.add(told.append)
     scenes.begin_own(HALL, 1)
     scenes.change(HALL, INFO, OFF, viewer=1)
-    scenes.end_own(1, share=True)
+    assert scenes.end_own(1, share=True)
+    assert not scenes.end_own(1, share=True)  # which it has not any more
     assert scenes.of(HALL).lights == {"lamp": LightEdit(on=False)}
     assert told == [HALL]
 

@@ -150,6 +150,7 @@ def test_an_edit_shows_in_the_next_frame_of_all_who_look(serve: Callable[..., Ru
             "edit": 0,
             "own": False,
             "suns": {},
+            "shared_over": None,
         }
         walker.pose(1)
         assert moving(walker) > 200
@@ -199,6 +200,10 @@ def test_edits_of_a_viewers_own_are_seen_by_nobody_else_until_it_shares_them(
     while moving(other) > 50:
         pass
     assert running.http.get("/api/v1/scenes/cornell-box").json()["edits"]["lights"]["lamp"]["on"] is False
+    told = mine.word("edits", edit=3)
+    assert (told["own"], told["shared_over"]["lights"]) == (False, {})  # with which it can undo that
+    mine.send("edit", id=4, patch={"lights": {"lamp": {"intensity": 2.0}}})
+    assert mine.word("edits", edit=4)["shared_over"] is None
 
 
 def test_long_edits_are_told_less_often(
