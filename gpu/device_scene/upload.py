@@ -4,41 +4,17 @@ from __future__ import annotations
 
 from copy import copy
 from functools import cache, cached_property
-from math import cos, sin
 from threading import Lock
-from typing import Any
 
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, block_of, choose_device, duplicate, layout_of, overwrite, struct_array, write_changes
+from gpu.core.device import alike, block_of, choose_device, duplicate, overwrite, struct_array, write_changes
 from gpu.core.kernel_loading import host_kernels, imported_kernels, load_kernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_refit import copied
-from gpu.device_scene.data import (
-    BASE_COLOR,
-    COAT,
-    COAT_NORMAL,
-    COAT_ROUGHNESS,
-    EMISSION,
-    FILM,
-    FILM_THICKNESS,
-    GRAIN,
-    METALLIC_ROUGHNESS,
-    NORMAL,
-    SHEEN_COLOR,
-    SHEEN_ROUGHNESS,
-    SPECULAR,
-    SPECULAR_COLOR,
-    THROUGH,
-    THROUGH_COLOR,
-    TRANSMISSION,
-    MaterialData,
-    SceneData,
-    SlotData,
-    TextureData,
-)
+from gpu.device_scene.data import MaterialData, SceneData, SlotData, TextureData
 from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.extents import extents_of, renewed, solid_vertices
 from gpu.device_scene.features import (
@@ -51,103 +27,13 @@ from gpu.device_scene.features import (
     scene_features,
     triangle_group,
 )
+from gpu.device_scene.material_rows import decoded_bytes, material_rows, slot_rows, texture_rows
 from gpu.device_scene.moved_tree import MovedTree, TreeFacts, facts_of
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.trees import tree_over
-from gpu.scene.types import (
-    AlphaMode,
-    Doubles,
-    Environment,
-    Floats,
-    Ints,
-    Mask,
-    Material,
-    Scene,
-    Texture,
-    TextureSlot,
-    same_materials,
-    same_picture,
-)
+from gpu.scene.types import Environment, Floats, Ints, Mask, Scene, same_materials, same_picture
 
 _BOTH = "_with_panes"  # the name of the tree over opaque triangles and panes
-_LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
-_MATERIAL = layout_of(MaterialData)
-# What materials and their rows call the same.
-_SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
-         "normal_scale", "unlit", "sheen_color", "sheen_roughness")  # fmt: skip
-_SLOT = layout_of(SlotData)
-
-
-def _slots(material: Material) -> list[tuple[int, TextureSlot]]:
-    """What its textures are for, and these."""
-    uses = {
-        BASE_COLOR: material.base_color_slot,
-        EMISSION: material.emission_slot,
-        METALLIC_ROUGHNESS: material.metallic_roughness_slot,
-        NORMAL: material.normal_slot,
-        TRANSMISSION: material.transmission_slot,
-        SPECULAR: material.specular_slot,
-        SPECULAR_COLOR: material.specular_color_slot,
-        SHEEN_COLOR: material.sheen_color_slot,
-        SHEEN_ROUGHNESS: material.sheen_roughness_slot,
-        FILM: material.iridescence_slot,
-        FILM_THICKNESS: material.iridescence_thickness_slot,
-        GRAIN: material.anisotropy_slot,
-        THROUGH: material.diffuse_transmission_slot,
-        THROUGH_COLOR: material.diffuse_transmission_color_slot,
-        COAT: material.clearcoat_slot,
-        COAT_ROUGHNESS: material.clearcoat_roughness_slot,
-        COAT_NORMAL: material.clearcoat_normal_slot,
-    }
-    return [(int(use), slot) for use, slot in uses.items() if slot is not None]
-
-
-def _absorption(material: Material, units_per_length: float) -> Doubles:
-    """Beer's law for the inside of a material [1/unit length] (KHR_materials_volume, Attenuation).
-
-    units_per_length: unit lengths in one of the file's.
-    """
-    colour = np.maximum(material.attenuation_color, _LEAST_TRANSMITTANCE)
-    return np.asarray(-np.log(colour) / (material.attenuation_distance * units_per_length))
-
-
-def _set_material(row: Any, material: Material, units_per_length: float) -> None:
-    """Have a row of MaterialData, all zero, say what `material` is."""
-    for name in _SAME:
-        row[name] = getattr(material, name)
-    row["thin"], row["absorption"] = material.thickness == 0.0, _absorption(material, units_per_length)
-    row["alpha_cutoff"], row["blend"] = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
-    row["part_glass"] = material.is_part_glass
-    row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
-    row["coat_normal_scale"] = material.clearcoat_normal_scale
-    row["film"], row["film_ior"] = material.iridescence, material.iridescence_ior
-    row["film_least"], row["film_most"] = material.iridescence_least, material.iridescence_most
-    row["grain"], row["grain_set"] = material.anisotropy, material.grain_set
-    row["grain_turn"] = cos(material.anisotropy_rotation), sin(material.anisotropy_rotation)
-    row["through"], row["through_color"] = material.diffuse_transmission, material.diffuse_transmission_color
-    row["double_sided"] = bool(material.double_sided)
-
-
-def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
-    """The textures' descriptions, and all their texels one behind the other; equal images are stored once."""
-    places: dict[int, int] = {}
-    chunks: list[np.ndarray] = []
-    total = 0
-    entries = []
-    for texture in textures:
-        if id(texture.pixels) not in places:
-            places[id(texture.pixels)] = total
-            chunks.append(np.ascontiguousarray(texture.pixels).view("<u4").ravel())
-            total += chunks[-1].size
-        entry = TextureData()
-        entry.first = places[id(texture.pixels)]
-        entry.height, entry.width = texture.pixels.shape[:2]
-        entry.srgb, entry.nearest = texture.srgb, texture.nearest
-        entry.wrap_s, entry.wrap_t = int(texture.wrap_s), int(texture.wrap_t)
-        entries.append(entry)
-    return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
-
-
 _loading = Lock()
 
 
@@ -163,13 +49,6 @@ def _load_side_by_side(device: str) -> None:
     package = __name__.rpartition(".")[0]
     load_kernels(host_kernels(), host, block_of(host))
     load_kernels([*imported_kernels(package), *imported_kernels("gpu.core")], chosen, block_of(chosen))
-
-
-def _decoded_bytes() -> np.ndarray:
-    """What each byte of a texture stands for, shape (512,): where it is linear, then sRGB (IEC 61966-2-1)."""
-    encoded = np.arange(256) / 255.0
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    return np.concatenate([encoded, linear]).astype(np.float32)
 
 
 class DeviceScene:
@@ -384,34 +263,18 @@ class DeviceScene:
         self.__dict__.update({**other.__dict__, **own})
 
     def _upload_textures(self, data: SceneData) -> None:
-        entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))
+        entries, texels = DEVICE_SHARING.beside(lambda: texture_rows(self.scene.textures))
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
-        data.decode = self._upload(_decoded_bytes(), wp.float32)
-        slots = [slot for material in self.scene.materials for slot in _slots(material)]
-        rows = np.zeros(max(len(slots), 1), _SLOT)
-        for row, (use, slot) in zip(rows, slots, strict=False):
-            row["use"], row["texture"], row["uv_set"] = use, slot.texture, slot.uv_set
-            row["row_u"], row["row_v"] = slot.transform[:3], slot.transform[3:]
-        data.slots = struct_array(SlotData, rows, self.device)
+        data.decode = self._upload(decoded_bytes(), wp.float32)
+        data.slots = struct_array(SlotData, slot_rows(self.scene.materials), self.device)
 
     def _set_materials(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, of which most are the same."""
         data, scene = self.data, self.scene
-        units, changed = scene.frame.metres_per_unit * scene.placement.scale, [*range(len(scene.materials))]
-        if known is None:
-            rows = np.zeros(len(changed), _MATERIAL)
-            slots = np.array([len(_slots(material)) for material in scene.materials], np.int32)
-            first_slot = np.cumsum(slots) - slots
-        else:
-            changed = [number for number in changed if scene.materials[number] is not known.scene.materials[number]]
-            rows = known._material_rows.copy()
-            slots, first_slot = rows["slots"].copy(), rows["first_slot"].copy()  # edits change no texture
-        rows[changed] = np.zeros(1, _MATERIAL)
-        for number in changed:
-            _set_material(rows[number], scene.materials[number], units)
-        rows["slots"], rows["first_slot"] = slots, first_slot
-        self._material_rows = rows
+        units = scene.frame.metres_per_unit * scene.placement.scale
+        before = None if known is None else (known.scene.materials, known._material_rows)
+        self._material_rows = rows = material_rows(scene.materials, units, before)
         data.materials = struct_array(MaterialData, rows, self.device)
         data.blended, data.sheer, data.cutouts = has_blend(scene), has_sheer(scene), has_cutouts(scene)
         data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)

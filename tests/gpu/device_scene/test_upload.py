@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import warp as wp
 from emitters import POINT
-from scenes import box, grey, quad, resident_of, scene_of
+from scenes import box, grey, quad, resident_of
 
 from gpu.core.radix_sort import iota_kernel
 from gpu.device_scene.binary_tree import read_nodes_kernel
@@ -17,7 +17,7 @@ from gpu.device_scene.repeated import triangle_key_kernel
 from gpu.device_scene.upload import DeviceScene, _load_side_by_side
 from gpu.errors import DeviceError
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
-from gpu.scene.types import AlphaMode, Material, Scene, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Material, Scene, Texture
 
 MASKED = Material(alpha_mode=AlphaMode.MASK)
 FLOOR, WALL = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0], 0), quad([-0.5, 0, -0.5], [1, 0, 0], [0, 1, 0], 1)
@@ -42,35 +42,6 @@ def test_panes_have_a_tree_of_their_own_but_for_lambertian_views() -> None:
     assert len(solid.opaque.faces) == 4
     assert device_scene.view(lambertian=False).opaque.faces.ptr == data.opaque.faces.ptr
     assert device_scene.view(lambertian=True).opaque.faces.ptr == solid.opaque.faces.ptr
-
-
-def test_absorption_follows_the_colour_and_the_unit_of_the_file() -> None:
-    material = Material(thickness=1.0, attenuation_color=(0.5, 1.0, 0.0), attenuation_distance=0.5)
-    placed = scene_of([quad([0, 0, 0], [4, 0, 0], [0, 2, 0])], [material])
-    assert placed.placement.scale == 0.25
-    for metres in (1.0, 0.01):
-        scene = replace(placed, frame=replace(placed.frame, metres_per_unit=metres))
-        found = DeviceScene(scene, "cpu").data.materials.numpy()["absorption"][0]
-        expected = -np.log([0.5, 1.0, 1e-6]) / (0.5 * metres * 0.25)
-        assert np.allclose(found, expected, rtol=1e-5)
-    assert not DeviceScene(scene_of(box(), [Material()]), "cpu").data.materials.numpy()["absorption"].any()
-
-
-def test_an_image_of_several_textures_is_stored_once() -> None:
-    pixels, other = np.zeros((4, 8, 4), np.uint8), np.ones((2, 2, 4), np.uint8)
-    textures = [
-        Texture("one", pixels, srgb=True),
-        Texture("same", pixels, srgb=False),
-        Texture("other", other, srgb=True),
-    ]
-    materials = [Material(base_color_slot=TextureSlot(number)) for number in range(3)]
-    data = resident_of([quad([0, 0, 0], [1, 0, 0], [0, 1, 0], number) for number in range(3)], materials,
-                       textures=textures).data  # fmt: skip
-    entries = data.textures.numpy()
-    assert entries["first"].tolist() == [0, 0, 32]
-    assert entries["width"].tolist() == [8, 8, 2]
-    assert entries["srgb"].tolist() == [True, False, True]
-    assert len(data.texels) == 36
 
 
 @pytest.mark.parametrize(
