@@ -146,7 +146,8 @@ async def upload(
 ) -> SceneDetails:
     """Bring a scene: the file as the request's body. It is read and checked before this is answered.
 
-    A .zip holds one scene and the files that it refers to. The other parameters say how it is read from now on.
+    A .zip holds one scene and the files that it refers to. The other parameters say how it is read from now on. What
+    a client brings again by the same name is another scene, with those edits of the one before that fit it.
     """
     if request.headers.get("content-type", "").lower().startswith("multipart/"):
         raise UserError("body: is a form; send the file itself, as curl does with --data-binary @house.glb")
@@ -158,6 +159,9 @@ async def upload(
         )
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
+    before = _uploads(service).before(added.id)
+    if before is not None and before.options == added.options:
+        service.edited.take_over(service.catalogue.find(before.id), ref)
     await service.residency.free_lost()
     response.headers["Location"] = f"{request.scope['root_path']}{router.prefix}/{quote(ref.id)}"
     return await _details(service, ref)

@@ -133,8 +133,7 @@ def _kept(file: Path, find: Find) -> tuple[dict[SceneRef, SceneEdits], list[byte
             if scene.stamp == kept.stamp:
                 found[scene] = kept.edits
             elif not kept.scene.startswith(UPLOADS):  # where others may be called alike
-                # A file from a backup may be older; it takes the edits over all the same.
-                found[replace(scene, stamp=min(kept.stamp, scene.stamp - 1))] = kept.edits
+                found[replace(scene, stamp=kept.stamp)] = kept.edits  # which the file takes over as it is now
             else:
                 log.warning("the file of %r is another one now: its edits are not taken up", kept.scene)
     if problems:

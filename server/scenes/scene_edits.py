@@ -59,8 +59,8 @@ class EditedScenes:
     def __init__(self, most_own: int = 8) -> None:
         """most_own: viewers that may have edits of their own."""
         self._edits: dict[SceneRef, SceneEdits] = {}  # in the order of their last change
-        self._restored = set[SceneRef]()  # whose edits nobody has held against what is in the scene
-        self._past = set[SceneRef]()  # whose files have changed since, and have these edits
+        self._restored = set[SceneRef]()  # whose edits were not held against what is in the scene
+        self._current: dict[SceneRef, SceneRef] = {}  # the version of a file that was loaded last, where one is edited
         self._own: dict[int, tuple[SceneRef, SceneEdits]] = {}  # by viewer
         self._most_own = most_own
         self.listeners: set[Callable[[SceneRef], None]] = set()
@@ -68,38 +68,37 @@ class EditedScenes:
     @property
     def all(self) -> dict[SceneRef, SceneEdits]:
         """Those that all see of files as they are now, the longest unchanged first."""
-        return {scene: edits for scene, edits in self._edits.items() if scene not in self._past}
+        return {scene: edits for scene, edits in self._edits.items() if self._newest(scene) == scene}
 
     def restore(self, edits: Mapping[SceneRef, SceneEdits]) -> None:
         """Have edits of an earlier service be those of all, before anybody looks."""
         self._edits.update(edits)
         self._restored.update(edits)
+        self._current.update({_any_version(scene): scene for scene in edits})
 
     def unproven(self, scene: SceneRef) -> bool:
         """Whether there are edits of a scene of which it is to be learnt whether they fit."""
-        return scene in self._restored or self._before(scene) is not None
+        return scene in self._restored or self._newest(scene) != scene
 
     def learn(self, scene: SceneRef, info: SceneInfo) -> None:
         """A scene was loaded: it has what fits of the edits of its file as that was, or of an earlier service."""
         if not self.unproven(scene):
             return
-        before = self._before(scene)
-        edits, gone = fitting(self.of(before or scene), editable(info))
+        edits, gone = fitting(self.of(self._newest(scene)), editable(info))
         self._restored.discard(scene)
-        if before is not None:
-            self._past.add(before)
+        self._current[_any_version(scene)] = scene
         if gone:
             log.warning("%s: edits that do not fit its file any more end: %s", scene.id, ", ".join(gone)[:500])
         if edits != self.of(scene):
             self._set(scene, edits)
 
-    def _before(self, scene: SceneRef) -> SceneRef | None:
-        """The version of a scene's file that this one, which was not edited, is the next of."""
-        if scene in self._edits:
-            return None
-        older = (it for it in self._edits if it.stamp < scene.stamp and replace(it, stamp=scene.stamp) == scene)
-        newest = max(older, key=lambda it: it.stamp, default=None)
-        return None if newest in self._past else newest
+    def take_over(self, before: SceneRef, scene: SceneRef) -> None:
+        """Have the edits of one scene be those of another, as far as they fit that once it is loaded."""
+        self._restored.add(scene)
+        self._set(scene, self.of(before))
+
+    def _newest(self, scene: SceneRef) -> SceneRef:
+        return self._current.get(_any_version(scene), scene)
 
     def of(self, scene: SceneRef, viewer: int | None = None) -> SceneEdits:
         """All that differs from a scene's file now, for a viewer or for all who have no edits of their own."""
@@ -144,16 +143,22 @@ class EditedScenes:
 
     def _set(self, scene: SceneRef, edits: SceneEdits) -> None:
         self._edits.pop(scene, None)
-        self._past.discard(scene)
         if edits != NO_EDITS:
             self._edits[scene] = edits
+            self._current.setdefault(_any_version(scene), scene)
         while len(self._edits) > MOST_EDITED:
             forgotten = next(iter(self._edits))
             del self._edits[forgotten]
-            self._past.discard(forgotten)
             self._tell(forgotten)
+        edited = {*map(_any_version, self._edits)}
+        self._current = {file: newest for file, newest in self._current.items() if file in edited}
+        self._restored &= {*self._edits}
         self._tell(scene)
 
     def _tell(self, scene: SceneRef) -> None:
         for listener in tuple(self.listeners):
             listener(scene)
+
+
+def _any_version(scene: SceneRef) -> SceneRef:
+    return replace(scene, stamp=0)

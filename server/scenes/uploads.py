@@ -57,6 +57,8 @@ class Uploads:
         self._keeping = asyncio.Lock()
         self._claims: dict[Path, int] = {}  # what unfinished uploads take, by their folders [bytes]
         self._uploads: dict[str, Upload] = {}
+        self._brought: dict[tuple[str, str], str] = {}  # the newest upload of a client and a name, by id
+        self._before: dict[str, str] = {}  # ids of uploads, and what was that until they came
         self._temporary: TemporaryFolder | None = None
         self._lock: int | None = None
         if settings.uploads_dir is not None:
@@ -96,6 +98,10 @@ class Uploads:
     def get(self, scene_id: str) -> Upload | None:
         """The upload of that id."""
         return self._uploads.get(scene_id)
+
+    def before(self, scene_id: str) -> Upload | None:
+        """What who brought this upload had brought by the same name before, since the service began."""
+        return self._uploads.get(self._before.get(scene_id, ""))
 
     def touch(self, scene_id: str) -> None:
         """Note that a scene is used: it goes last when room is made."""
@@ -153,6 +159,8 @@ class Uploads:
         if upload is None:
             raise UnknownSceneError(f"scene: there is no upload {scene_id!r}; /api/v1/scenes lists what there is")
         log.info("upload deleted: %s", why, extra={"scene": scene_id, "bytes": upload.bytes, "address": asker.get()})
+        self._brought = {what: id_ for what, id_ in self._brought.items() if id_ != scene_id}
+        self._before = {id_: before for id_, before in self._before.items() if scene_id not in (id_, before)}
         record_of(self._folder, upload).unlink(missing_ok=True)
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
@@ -227,6 +235,10 @@ class Uploads:
         keep_upload(self._folder, upload, folder)
         self._claims[work] -= size
         self._uploads[id_] = upload
+        what = asker.get(), f"{stem}{scene.suffix.lower()}"
+        if what in self._brought:
+            self._before[id_] = self._brought[what]
+        self._brought[what] = id_
         self.kept += 1
         log.info("upload kept", extra={"scene": id_, "bytes": size, "address": asker.get()})
         return upload

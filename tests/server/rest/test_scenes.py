@@ -136,6 +136,20 @@ def test_an_upload_can_be_deleted_and_leaves_the_device(service: Running) -> Non
     assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 404
 
 
+def test_what_is_uploaded_again_takes_over_edits_that_fit(service: Running) -> None:
+    place = upload(service).headers["Location"]
+    service.http.patch(place, json={"lights": {"lamp": {"on": False}}}).raise_for_status()
+    again = upload(service)
+    assert again.json()["id"] == "uploads/house-2.glb"
+    assert again.json()["edits"]["lights"]["lamp"]["on"] is False
+    assert upload(service, "other.glb").json()["edits"]["lights"] == {}
+    service.http.patch(again.headers["Location"], json={"lights": None}).raise_for_status()
+    assert upload(service).json()["edits"]["lights"] == {}  # of the newest
+    assert service.http.get(place).json()["edits"]["lights"]["lamp"]["on"] is False
+    read_otherwise = service.http.post(SCENES, params={"name": "house.glb", "unit": "mm"}, content=TRIANGLE_GLB)
+    assert read_otherwise.json()["edits"]["lights"] == {}
+
+
 def test_an_upload_that_is_looked_at_is_not_deleted(service: Running, visit: Callable[[Running], Walker]) -> None:
     scene_id = upload(service).json()["id"]
     visit(service).hello(scene=scene_id)

@@ -17,6 +17,8 @@ INFO = SceneInfo(
     id="hall", name="hall", cameras=(), bounds=Bounds(min=(0, 0, 0), max=(1, 1, 1)), lights=(LAMP,), triangles=1
 )
 OFF = ScenePatch(lights={"lamp": LightEdit(on=False)})
+SKY = LightInfo(id="sky", form=LightForm.SKY, color=(1.0, 1.0, 1.0))
+LIT = INFO.model_copy(update={"lights": (LAMP, SKY)})
 
 
 def test_edits_are_a_scenes_own_and_who_looks_is_told() -> None:
@@ -94,11 +96,8 @@ def test_few_viewers_have_edits_of_their_own() -> None:
 
 def test_a_file_that_changes_takes_over_what_fits(caplog: pytest.LogCaptureFixture) -> None:
     scenes, told = EditedScenes(), []
-    sky = LightInfo(id="sky", form=LightForm.SKY, color=(1.0, 1.0, 1.0))
-    scenes.change(HALL, INFO.model_copy(update={"lights": (LAMP, sky)}), OFF)
-    scenes.change(
-        HALL, INFO.model_copy(update={"lights": (LAMP, sky)}), ScenePatch(lights={"sky": LightEdit(on=False)})
-    )
+    scenes.change(HALL, LIT, OFF)
+    scenes.change(HALL, LIT, ScenePatch(lights={"sky": LightEdit(on=False)}))
     before = scenes.of(HALL)
     scenes.listeners.add(told.append)
     newer = replace(HALL, stamp=2)
@@ -112,11 +111,37 @@ def test_a_file_that_changes_takes_over_what_fits(caplog: pytest.LogCaptureFixtu
     assert scenes.all == {}
 
 
-def test_a_file_that_is_read_otherwise_or_an_older_one_takes_nothing_over() -> None:
+def test_an_older_file_that_replaces_a_newer_one_takes_over_what_that_has() -> None:
+    scenes, older = EditedScenes(), replace(HALL, stamp=0)
+    scenes.change(HALL, INFO, OFF)
+    assert scenes.unproven(older)
+    scenes.learn(older, INFO)
+    assert (scenes.of(older), [*scenes.all]) == (scenes.of(HALL), [older])
+    scenes.change(older, INFO, ScenePatch(lights={"lamp": LightEdit(intensity=2.0)}))
+    scenes.learn(HALL, INFO)  # which comes back
+    assert (scenes.of(HALL), [*scenes.all]) == (scenes.of(older), [HALL])
+    scenes.change(HALL, INFO, ScenePatch(lights=None))
+    scenes.learn(older, INFO)
+    assert (scenes.of(older), scenes.all) == (NO_EDITS, {})
+
+
+def test_another_scene_can_take_edits_over() -> None:
+    scenes, again = EditedScenes(), SceneRef("hall-2", "hall-2", 1)
+    scenes.change(HALL, INFO, OFF)
+    scenes.change(HALL, LIT, ScenePatch(lights={"sky": LightEdit(on=False)}))
+    scenes.take_over(HALL, again)
+    assert scenes.unproven(again)
+    scenes.learn(again, INFO)
+    assert not scenes.unproven(again)
+    assert (scenes.of(again).lights, len(scenes.of(HALL).lights)) == ({"lamp": LightEdit(on=False)}, 2)
+    scenes.take_over(SceneRef("other", "other"), SceneRef("third", "third"))
+    assert [*scenes.all] == [HALL, again]
+
+
+def test_a_file_that_is_read_otherwise_takes_nothing_over() -> None:
     scenes = EditedScenes()
     scenes.change(HALL, INFO, OFF)
     for other in (
-        replace(HALL, stamp=0),
         replace(HALL, stamp=2, options=ImportOptions(unit="mm")),
         SceneRef("b", "b", 2),
     ):
