@@ -174,6 +174,7 @@ class Renderer:
         if not unchanged:
             stages.run_untimed(partial(self._method.count, view))
         stages.flush()
+        self._light_sets.settle()
         return _Launched(radiance, shown, sample, walks=walks, unchanged=unchanged)
 
     def _finish(self, view: ViewState, launched: "_Launched", begun: float) -> Frame:

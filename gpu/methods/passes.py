@@ -71,19 +71,28 @@ def keeps_lights(setup: RenderSetup, light_set: LightSet) -> bool:
 def make_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, captured: bool) -> None:
     """Make a light set that is not kept, beside the frame's stages so far, which must not read it.
 
-    captured: its making may be replayed.
+    captured: its making may be replayed; then radiosity is made beside the stages up to `near`, unless something that
+    runs apart from these reads it.
     """
-    sets, key = setup.light_sets, stages.graph_key
+    sets, key, radiosity = setup.light_sets, stages.graph_key, list[Callable[[], None]]()
+    see_through = setup.device_scene.features(lambertian=setup.settings.lambertian).see_through
+    begins_near = captured and not stages.stepwise and not see_through
 
     def run(name: str, part: Callable[[], None]) -> None:
         stages.graph_key = light_set.numbers
-        stages.run(name, part, repeats=captured)
-        stages.flush()  # what it made is read
+        if name == "radiosity" and begins_near:
+            radiosity.append(part)
+        else:
+            stages.run(name, part, repeats=captured)
+            stages.flush()  # what it made is read
 
     if sets.is_current(light_set):
         wp.synchronize_device(setup.device)  # others may read it
     with stages.beside():
         sets.renew(light_set, setup.progress, run)
+    for part in radiosity:
+        sets.leave_open(light_set)
+        stages.fork("near", "radiosity", part)
     stages.graph_key = key
 
 

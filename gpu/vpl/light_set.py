@@ -96,11 +96,14 @@ class LightSet:
             self._radiosity, self._number = None, new_number()
         self._lights.vpls.members.count = count
 
-    def make(self, scene: SceneData) -> None:
-        """Fill the arrays with what the maker has found, without leaving the device."""
+    def make(self) -> None:
+        """Fill the arrays of clusters with what the maker has found, without leaving the device."""
         if self._maker and self._lights:
             wp.copy(self._filled, self._maker.ends.filled)
             self._maker.cluster(self._lights, self.choice.seed)
+
+    def find_radiosity(self, scene: SceneData) -> None:
+        """Find the radiosity around the VPLs that `make` has clustered, if it was asked for."""
         if self._radiosity:
             self._radiosity.run(scene)
 

@@ -48,6 +48,7 @@ class LightSets:
         self._pilots: dict[int, SeenPilot] = {}  # by bounces
         self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
+        self._open: LightSet | None = None
         self.version = self.surface_version = self._path_version = 0
         self._emitters: Emitters = emitters_of(device_scene)
         self._emitters.table.suns = sun_maps_of(device_scene, self._emitters.table)
@@ -116,8 +117,8 @@ class LightSets:
     def renew(self, light_set: LightSet, progress: Progress, run: RunPart = _run) -> None:
         """Make a set of the scene's light as it is, mostly into the arrays that it has.
 
-        run: runs the parts `pilot`, where nobody knows how many paths there are, `light`, which traces, and
-        `vpl-clusters`; or `relight`, where the paths are as they were.
+        run: runs the parts `pilot`, where nobody knows how many paths there are, `light`, which traces, `vpl-clusters`
+        and `radiosity`, which what is found near field needs; or `relight`, where the paths are as they were.
         """
         was_current = self.is_current(light_set)
         with self._making():
@@ -140,7 +141,8 @@ class LightSets:
             maker, count = self._trace(light_set, scene, plan, run)
             progress("clustering virtual point lights", 0.5)
             light_set.take(maker, count)
-            run("vpl-clusters", lambda: light_set.make(scene))
+            run("vpl-clusters", light_set.make)
+            run("radiosity", lambda: light_set.find_radiosity(scene))
         light_set.version, light_set.path_version = self.version, self._path_version
         progress("clustering virtual point lights", 1.0)
 
@@ -210,10 +212,29 @@ class LightSets:
                 light_set.add_radiosity(self._view(choice), lobes)
         return light_set.cache
 
+    def leave_open(self, light_set: LightSet) -> None:
+        """Have `settle` end what `renew` began: a part of it is launched later, before anybody else has the host. A set
+        for which `settle` never comes is made anew.
+        """
+        self._open = light_set
+
+    def settle(self) -> None:
+        """All of the set that was left open is launched, if there is one."""
+        if self._open is not None:
+            self._open = None
+            self._note_made()
+
     def wait_for_made(self) -> None:
         """Have what is launched from now on, maybe in another lane (gpu.core.lane), come after all that was made."""
+        if self._open is not None:
+            self._open.version = self._open.path_version = -1
+            self._open = None
         if self._made is not None:
             wp.get_stream(self._device_scene.device).wait_event(self._made)
+
+    def _note_made(self) -> None:
+        if self._made is not None:
+            wp.get_stream(self._device_scene.device).record_event(self._made)
 
     @contextmanager
     def _making(self) -> Iterator[None]:
@@ -222,5 +243,4 @@ class LightSets:
         with DEVICE_SHARING.keep() if self._made else DEVICE_SHARING.holding(self):
             self.wait_for_made()
             yield
-            if self._made:
-                wp.get_stream(self._device_scene.device).record_event(self._made)
+            self._note_made()

@@ -226,10 +226,10 @@ def test_light_that_an_edit_changes_is_made_before_or_after_what_a_frame_begins_
     after = walk(SIZE, "cpu", **COUNTS)
     _, names = after[1]
     assert names == [*(name for name in FuzzyVpl.stage_names if name in names), "display"]
-    assert names[:6] == ["gbuffer", "history", "cluster", "pilot", "light", "vpl-clusters"]
+    assert names[:7] == ["gbuffer", "history", "cluster", "pilot", "light", "vpl-clusters", "radiosity"]
     monkeypatch.setattr("gpu.renderer.Stages", LightFirst)
     before = walk(SIZE, "cpu", **COUNTS)
-    assert before[1][1][:4] == ["pilot", "light", "vpl-clusters", "gbuffer"]
+    assert before[1][1][:5] == ["pilot", "light", "vpl-clusters", "radiosity", "gbuffer"]
     assert [radiance for radiance, _ in before] == [radiance for radiance, _ in after]
 
 
@@ -237,8 +237,16 @@ def test_light_that_an_edit_changes_is_made_before_or_after_what_a_frame_begins_
 def test_light_that_is_made_beside_other_stages_has_the_bits_of_what_is_made_after_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    beside = [walk((1024, 576), "cuda:0") for _ in range(2)]
+    beside, fork = [walk((1024, 576), "cuda:0") for _ in range(2)], Stages.fork
+
+    def radiosity_first(stages: Stages, name: str, part: str, work: Callable[[], None], **options: Any) -> None:
+        if part == "radiosity":
+            stages.run(part, work)
+        else:
+            fork(stages, name, part, work, **options)
+
     monkeypatch.setattr(Stages, "beside", lambda stages: nullcontext())
+    monkeypatch.setattr(Stages, "fork", radiosity_first)
     assert beside == [walk((1024, 576), "cuda:0")] * 2
 
 

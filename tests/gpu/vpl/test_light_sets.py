@@ -104,6 +104,18 @@ def test_the_number_of_vpls_is_waited_for_and_no_other_stream(device_scene: Devi
     assert late[-1]
 
 
+def test_a_set_that_was_left_open_and_never_settled_is_made_anew(device_scene: DeviceScene) -> None:
+    light_sets = LightSets(device_scene)
+    light_set = light_sets.made(CHOICE, silent)
+    light_sets.leave_open(light_set)
+    light_sets.settle()
+    light_sets.wait_for_made()
+    assert light_sets.is_current(light_set)
+    light_sets.leave_open(light_set)
+    light_sets.wait_for_made()
+    assert not light_sets.is_current(light_set)
+
+
 def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: DeviceScene) -> None:
     bulb = Light("bulb", LightKind.POINT, (0.05, 0.1, 0.05), (0.2, 0.2, 0.0))
     scene = replace(device_scene.scene, lights=(bulb,))
@@ -143,7 +155,7 @@ def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: Devic
     moved = SceneEdits(lights={"bulb": LightEdit(position=(0.1, 0.2, 0.0))})
     assert light_sets.follow(base.edited(edited(scene, moved)))
     light_sets.renew(light_set, silent, run)
-    assert told == ["relight", "pilot", "light", "vpl-clusters"]
+    assert told == ["relight", "pilot", "light", "vpl-clusters", "radiosity"]
 
 
 def test_a_file_that_says_what_edits_say_has_as_much_light_by_other_paths(device_scene: DeviceScene) -> None:
