@@ -26,13 +26,13 @@ WIDER = wp.constant(1.0001)
 class VplClusterParameters:
     """How VPLs are clustered.
 
-    iterations: of k-means, which begins at means of neighbours in Morton order: six lead as far as ten from random ones
-    of them; few_members: fewer may lie close together by chance, or be one, and tell nothing of the area
-    they stand for, which is then this `nearest_share` at least of the disk that reaches the nearest other cluster:
-    clusters of many members have 0.41 to 0.5 of it in their median.
+    iterations: of k-means, which begins at means of neighbours in Morton order: more than four lead no further;
+    few_members: fewer may lie close together by chance, or be one, and tell nothing of the area they stand for, which
+    is then this `nearest_share` at least of the disk that reaches the nearest other cluster: clusters of many members
+    have 0.41 to 0.5 of it in their median.
     """
 
-    iterations: int = 6
+    iterations: int = 4
     few_members: int = 4
     nearest_share: float = 0.45
 
