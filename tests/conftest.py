@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import warp as wp
 
 from gpu.scene.default_view import default_camera
 from gpu.scene.types import Camera, Floats, Integers, Mask, Placement
@@ -75,6 +76,11 @@ gc.set_threshold(10_000)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     places = {TESTS / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path, places.get(item.path.parent, len(places))))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("cuda") and not wp.is_cuda_available():
+        pytest.skip("needs a CUDA device")
 
 
 def pytest_collection_finish() -> None:

@@ -3,7 +3,7 @@
 import pytest
 import warp as wp
 
-NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+NEEDS_CUDA = pytest.mark.cuda
 DEVICES = ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)]
 
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import warp as wp
-from devices import wait_kernel
+from devices import NEEDS_CUDA, wait_kernel
 
 from gpu.core import lane as module
 from gpu.core.device import choose_device, launch
@@ -47,7 +47,7 @@ def test_what_is_late_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     assert flight.is_over()
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+@NEEDS_CUDA
 def test_lanes_run_at_once_and_after_what_the_device_was_given_before() -> None:
     device = choose_device("cuda:0")
     lanes, values = [Lane(device) for _ in range(4)], wp.zeros(4, dtype=float, device=device)
