@@ -155,12 +155,17 @@ class JobsUnderWay:
 
     def _dispatch(self) -> None:
         self.running.alone = self._quarantine.suspecting or (self.running.alone and len(self.running) > 0)
-        while self._link is not None and not self.running.full:
+        if self._link is not None:
+            with self._link.together():
+                self._give_turns(self._link)
+
+    def _give_turns(self, link: WorkerLink) -> None:
+        while not self.running.full:
             if (entry := self._schedule.next(self.running.admit)) is None:
                 break
             if (paused := self._paused.pop(entry, None)) is not None:
                 turn = replace(paused, began=monotonic(), asked_back=False)
-                self._begin_turn(self._link, turn, Resume(paused.request))
+                self._begin_turn(link, turn, Resume(paused.request))
                 continue
             waiting = self._waiting.pop(entry)
             if waiting.turn.done():  # who asked has left this instant
@@ -170,7 +175,7 @@ class JobsUnderWay:
             except Exception as error:
                 waiting.turn.set_exception(error)
             else:
-                waiting.turn.set_result(None if job is None else self._send(self._link, entry, job))
+                waiting.turn.set_result(None if job is None else self._send(link, entry, job))
 
     def _send(self, link: WorkerLink, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()

@@ -1,7 +1,8 @@
 """One worker process as the web process holds it: spoken to, and ended."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import monotonic
 
 from server.render.worker_process import KILLED_SECONDS, WorkerProcess
@@ -32,6 +33,7 @@ class WorkerLink:
         self._process = process
         self._reader = reader
         self._writer = writer
+        self._held: list[bytes] | None = None  # what waits to be sent with others
         self._second = 0  # of the progress counted
         self._progress = 0
 
@@ -51,7 +53,21 @@ class WorkerLink:
 
     def send(self, message: ToWorker) -> None:
         """Send a message; they are small and few, so nothing waits for the pipe."""
-        self._writer.write(pack(message))
+        if self._held is None:
+            self._writer.write(pack(message))
+        else:
+            self._held.append(pack(message))
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """What is sent meanwhile goes in one writing: a call of the system for each takes longer than its message."""
+        self._held = []
+        try:
+            yield
+        finally:
+            held, self._held = self._held, None
+            if held:
+                self._writer.write(b"".join(held))
 
     async def receive(self, most_bytes: Callable[[], int]) -> tuple[FromWorker, bytes]:
         """The worker's next message, with no more bytes than `most_bytes` allows when it comes.

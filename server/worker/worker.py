@@ -266,8 +266,11 @@ class Worker:
                     self._under_way[job.request] = job
                     picture = self._backend.render(job, report)
                     render_ms = 1e3 * (DEVICE_SHARING.own_time() - began) - picture.encode_ms
-                    encoders = self._video_thread(job.viewer) if job.output == "h264" else self._encoders
-                    encoders.submit(self._finish, job, picture, render_ms)
+                    if picture.image is None:
+                        encoders = self._video_thread(job.viewer) if job.output == "h264" else self._encoders
+                        encoders.submit(self._finish, job, picture, render_ms)
+                    else:
+                        answer, file = _done(job, picture, render_ms, picture.encode_ms), picture.image
         except Exception as error:
             # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
             self._check_health(error)
@@ -278,9 +281,7 @@ class Worker:
         if (rendered := self._under_way.pop(job.request, None)) and job.request in self._left_behind:
             self._left_behind.remove(job.request)
             self._leave(rendered.viewer)  # again: its last frame was still in the making
-        self._send(Free(job.request, self._busy_ms(job.request), self._holdings()))
-        if answer is not None:
-            self._answer(job.request, answer, file)
+        self._end(Free(job.request, self._busy_ms(job.request), self._holdings()), answer, file)
 
     def _holdings(self) -> Holdings:
         return Holdings(*self._backend.memory(), self._backend.scenes())
@@ -293,23 +294,24 @@ class Worker:
     def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
         try:
             began = perf_counter()
-            image, is_key = picture.image, True
+            is_key = True
             if job.output == "h264" and picture.pixels is not None:
                 image, is_key = self._videos.encode(job.viewer, job.video, picture.pixels)
-            elif image is None:
+            else:
                 image = encode(picture.pixels, picture.radiance, job.output, job.quality)
             encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
-            stats = (picture.stage_ms, picture.counts, picture.skips, picture.estimates)
-            done = Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats, is_key)
-            self._send(done, image)
+            self._send(_done(job, picture, render_ms, encode_ms, is_key=is_key), image)
         except Exception as error:
             self._fail(job.request, error)
 
-    def _answer(self, request: int, answer: FromWorker, file: bytes) -> None:
+    def _end(self, free: Free, answer: FromWorker | None, file: bytes) -> None:
+        """A job has left the device, and is answered, if that is not done elsewhere: both in one writing."""
         try:
-            self._send(answer, file)
+            packed = b"" if answer is None else pack(answer, file)
         except ValueError as error:  # it cannot be told: that is a fault, and not one to die of
-            self._fail(request, error)
+            self._fail(free.request, error)
+            packed = b""
+        self._write(pack(free) + packed)
 
     def _fail(self, request: int, error: Exception) -> None:
         users_fault = isinstance(error, UserError)
@@ -323,11 +325,19 @@ class Worker:
         return Reporter(lambda text, fraction: self._send(Progress(text, fraction)), quiet_seconds)
 
     def _send(self, message: FromWorker, payload: bytes = b"") -> None:
+        self._write(pack(message, payload))
+
+    def _write(self, packed: bytes) -> None:
         try:
             with self._sending:
-                self._connection.sendall(pack(message, payload))
+                self._connection.sendall(packed)
         except OSError:
             os._exit(0)  # the web process is gone
+
+
+def _done(job: Render, picture: Picture, render_ms: float, encode_ms: float, *, is_key: bool = True) -> Done:
+    stats = (picture.stage_ms, picture.counts, picture.skips, picture.estimates)
+    return Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats, is_key)
 
 
 def _end_with_parent() -> None:

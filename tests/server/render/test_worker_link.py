@@ -7,6 +7,7 @@ import sys
 import tempfile
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from unittest.mock import create_autospec
 
 import pytest
 from harness import GRADIENT_WORKER, PATIENCE, rogue
@@ -15,7 +16,7 @@ from server.render.engine import Engine
 from server.render.worker_link import WorkerLink, WorkerLostError
 from server.render.worker_process import WorkerProcess
 from server.render.workers import Workers
-from server.wire.worker import Progress, Ready, SceneRef, Start
+from server.wire.worker import Leave, Progress, Ready, SceneRef, Start, pack
 
 START = Start(SceneRef("cornell-box", "cornell-box"))
 STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
@@ -57,6 +58,19 @@ def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
         assert kinds[-1] is Ready
 
     assert linked(GRADIENT_WORKER, scenario) == 0
+
+
+def test_what_is_sent_together_goes_in_one_writing() -> None:
+    writer = create_autospec(asyncio.StreamWriter, instance=True)
+    link = WorkerLink(create_autospec(WorkerProcess, instance=True), create_autospec(asyncio.StreamReader), writer)
+    with link.together():
+        link.send(Leave(1))
+        link.send(Leave(2))
+        assert not writer.write.called
+    link.send(Leave(3))
+    with link.together():
+        pass
+    assert [call.args[0] for call in writer.write.call_args_list] == [pack(Leave(1)) + pack(Leave(2)), pack(Leave(3))]
 
 
 def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:

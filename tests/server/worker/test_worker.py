@@ -1,5 +1,6 @@
 """The worker process, spoken to without the engine."""
 
+import io
 import json
 import os
 import signal
@@ -59,7 +60,7 @@ from server.wire.worker import (
     read,
 )
 from server.worker.tasks import Tasks
-from server.worker.worker import FAULT, Backend, Worker
+from server.worker.worker import FAULT, Backend, Picture, Worker
 
 SCENE = SceneRef("cornell-box", "cornell-box")
 
@@ -326,3 +327,20 @@ def test_looks_for_messages_end_however_short_they_are(monkeypatch: pytest.Monke
         thread.join(PATIENCE)
         assert not thread.is_alive()
     assert backend.leave.call_count == 2000
+
+
+def test_a_picture_that_the_device_has_encoded_is_sent_at_once_with_the_end_of_its_turn() -> None:
+    backend = create_autospec(Backend, instance=True)
+    backend.render.return_value = Picture(1, 4, b"image", 0.25, None, None, {}, {}, {})
+    backend.memory.return_value, backend.scenes.return_value = MEMORY, (SCENE,)
+    connection = create_autospec(socket.socket, instance=True)
+    worker = Worker(connection, lambda _: backend)
+    worker._backend = backend
+    worker._inbox.put(render(5))
+    worker._step()
+    (sent,) = (call.args[0] for call in connection.sendall.call_args_list)
+    pipe = io.BytesIO(sent)
+    (free, _), (done, image) = read(pipe), read(pipe)
+    assert isinstance(free, Free)
+    assert isinstance(done, Done)
+    assert (free.request, done.request, done.encode_ms, image, pipe.read()) == (5, 5, 0.25, b"image", b"")
