@@ -16,7 +16,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.lights.sun_map import no_sun_maps
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Rgb, Sky, same_materials, same_sky
+from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Rgb, Sky, same_emission, same_sky
 
 
 @wp.kernel
@@ -177,9 +177,9 @@ def _same_extended(before: DeviceScene, now: DeviceScene) -> bool:
     is the sky.
     """
     one, other = before.scene, now.scene
-    if one.triangles is not other.triangles:
+    if one.triangles is not other.triangles or before.triangle_order is not now.triangle_order:
         return False
-    if not (same_sky(one.sky, other.sky) and same_materials(one.materials, other.materials)):
+    if not (same_sky(one.sky, other.sky) and same_emission(one.materials, other.materials)):
         return False
     if one.vertices is other.vertices:
         return True

@@ -267,7 +267,7 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
                 punctual[index] = _edited_light(punctual[index], edit, scene.placement)
     same = all(map(is_, made, scene.materials))
     surfaces = scene.materials if same else tuple(made)  # known to be the same by being the same tuple
-    lit = replace(scene, materials=surfaces, lights=tuple(punctual), sky=sky)
+    lit = scene.relit(surfaces, tuple(punctual), sky)
     return with_path_light(lit, path_light(filed))
 
 

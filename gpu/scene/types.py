@@ -1,7 +1,7 @@
 """What a loader returns: one scene as plain NumPy arrays and frozen dataclasses, before any device sees it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from functools import cached_property
 from math import inf
@@ -202,6 +202,18 @@ def same_materials(some: Sequence[Material], others: Sequence[Material]) -> bool
     )
 
 
+def same_emission(some: Sequence[Material], others: Sequence[Material]) -> bool:
+    """Whether materials of two states of a scene differ in nothing but what edits change of opaque surfaces beside
+    emission.
+    """
+
+    def matt(material: Material) -> Material:
+        return replace(material, base_color=(0.0, 0.0, 0.0, material.base_color[3]), roughness=1.0, metallic=0.0)
+
+    pairs = [(a, b) for a, b in zip(some, others, strict=True) if a is not b]
+    return same_materials([matt(a) for a, _ in pairs], [matt(b) for _, b in pairs])
+
+
 @dataclass(frozen=True)
 class Light:
     """A punctual light in unit space. intensity: [W/sr] in unit space (point, spot) or irradiance [W/m²] (directional).
@@ -355,6 +367,14 @@ class Scene:
     def material_triangles(self) -> Ints:
         """How many triangles each material has, (material,)."""
         return np.bincount(self.triangle_material, minlength=len(self.materials)).astype(np.int32)
+
+    def relit(
+        self, materials: tuple[Material, ...], lights: tuple[Light, ...], sky: Sky | Environment | None
+    ) -> "Scene":
+        """The scene with these, as many materials as it has; what it knew of its triangles it knows."""
+        scene = replace(self, materials=materials, lights=lights, sky=sky)
+        scene.__dict__["material_triangles"] = self.material_triangles
+        return scene
 
     @cached_property
     def least_vertex_alpha(self) -> float:

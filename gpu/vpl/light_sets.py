@@ -81,8 +81,6 @@ class LightSets:
         if not same_surfaces(scene.scene, edited.scene):
             self.surface_version += 1
             wp.copy(self._walked, walked(edited))
-            for pilot in self._pilots.values():
-                pilot.look_again()
         self._path_light.become(edited.scene, drawn)
         scene.become(edited)
         overwrite(LightTable, self.table, table)

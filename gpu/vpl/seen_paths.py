@@ -84,6 +84,13 @@ def seen_vertices_kernel(features: SceneFeatures) -> wp.Kernel:
 
 
 @wp.kernel
+def sees_kernel(first: int, vertices: wp.array2d[WalkVertex], sees: wp.array[int]) -> None:
+    """One thread a walk: sees (1,) becomes 1 where one has come anywhere, 0 before."""
+    if not has_ended(vertices[first + wp.tid(), 0]):
+        sees[0] = 1
+
+
+@wp.kernel
 def worth_kernel(first: int, order: wp.array[int], filled: wp.array[int], vpls: Vpls, chosen: SeenParameters,
                  lit: wp.array[int], carried: wp.array[float], worth: wp.array[float]) -> None:  # fmt: skip
     """One thread a place in `order`: what its VPL carries [W], and that less where it matters little, (place,) each.
@@ -205,11 +212,8 @@ class SeenPilot:
         self._vertices = vertices
         self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, whole=vertices.size == 0)
         self._carried, self._worth = StagingBuffer(self._ends.carried), StagingBuffer(self._ends.worth)
-        self.look_again()
-
-    def look_again(self) -> None:
-        """Find whether walks from the cameras come anywhere now, so that they can tell what is worth more."""
-        self._sees = not self._ends.whole and bool(self._vertices.numpy()["normal"].any())
+        # Whether walks from the cameras come anywhere, so that they can tell what is worth more.
+        self._sees = StagingBuffer(wp.zeros(1, dtype=int, device=vertices.device))
 
     def trace(self, scene: SceneData, table: LightTable, features: SceneFeatures) -> None:
         """Trace them, and have what they leave on its way to the host."""
@@ -217,14 +221,16 @@ class SeenPilot:
         PathEnds.trace(ends, scene, table, ends.no_seed, features)
         if not ends.whole:  # kernels are to be noted where nothing is run, and so nothing seen
             ends.find_worth(scene)
-            self._carried.download()
-            self._worth.download()
+            self._sees.array.zero_()
+            launch(sees_kernel, len(self._vertices), [self._vertices, self._sees.array], ends.device)
+            for found in (self._carried, self._worth, self._sees):
+                found.download()
 
     def plan(self, wanted: int) -> PathPlan:
         """What leaves about `wanted` VPLs by what `trace` has found. The host waits for the device's current stream."""
         ends, count = self._ends, self._ends.count()
         paths = paths_that_leave(wanted, count / ends.room, MOST_PATHS)
-        if not self._sees:
+        if not self._sees.host[0]:
             return PathPlan(paths)
         carried, worth = (each.host[:count].astype(np.float64) for each in (self._carried, self._worth))
         more = min(paths_worth_tracing(carried, worth), MOST_PATHS * wanted / paths)

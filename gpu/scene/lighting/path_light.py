@@ -52,11 +52,10 @@ def with_path_light(lit: Scene, filed: Scene) -> Scene:
         red, green, blue = drawn[part].tolist()
         colors[part] = red, green, blue
     sky = len(lit.materials)
-    return replace(
-        lit,
-        materials=_marked(lit.materials, colors[:sky]),
-        sky=None if lit.sky is None else replace(lit.sky, path_color=colors[sky]),
-        lights=_marked(lit.lights, colors[sky + 1 :]),
+    return lit.relit(
+        _marked(lit.materials, colors[:sky]),
+        _marked(lit.lights, colors[sky + 1 :]),
+        None if lit.sky is None else replace(lit.sky, path_color=colors[sky]),
     )
 
 

@@ -29,6 +29,7 @@ def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
         ({"lights": {"default": LightEdit(on=False)}}, False),
         ({"lights": {"sky": LightEdit(intensity=0.5)}}, False),
         ({"materials": {"default": MaterialEdit(emission=(1.0, 0.0, 0.0))}}, False),
+        ({"materials": {"default": MaterialEdit(color=(1.0, 0.0, 0.0), roughness=0.5, metallic=0.2)}}, True),
         ({"objects": {"block": ObjectEdit(offset=(0.0, 0.0, 0.1))}}, True),
         ({"objects": {"block": ObjectEdit(visible=False)}}, False),
         ({"objects": {"lamp": ObjectEdit(scale=0.5)}}, False),
@@ -50,6 +51,19 @@ def test_powers_of_extended_emitters_are_found_again_where_an_edit_changes_one(
         assert np.array_equal(getattr(found, name).numpy(), getattr(anew, name).numpy())
     for name in ("all_emitters", "sampled"):
         assert np.array_equal(getattr(found, name).cumulative.numpy(), getattr(anew, name).cumulative.numpy())
+
+
+def test_glass_that_becomes_rough_may_change_the_numbers_of_faces_that_emit() -> None:
+    pane, lamp = (
+        quad((-0.2, -0.2, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), 1),
+        quad((0, 0.4, 0), (0.1, 0, 0), (0, 0, 0.1), 2),
+    )
+    glass = replace(grey(1.0), name="glass", transmission=1.0, roughness=0.0)
+    base = resident_of([*box(), pane, lamp], [grey(0.5), glass, replace(grey(0.0, emission=3.0), name="lamp")])
+    state = base.edited(edited(base.scene, SceneEdits(materials={"glass": MaterialEdit(roughness=0.5)})))
+    found = emitters_after(emitters_of(base), base, state).table
+    assert np.array_equal(found.faces.numpy(), build_light_table(state).faces.numpy())
+    assert not np.array_equal(found.faces.numpy(), build_light_table(base).faces.numpy())
 
 
 def test_nothing_emits() -> None:
