@@ -25,7 +25,7 @@ from server.scenes.residency import Residency
 from server.scenes.scene_edits import EditedScenes
 from server.scenes.uploads import MAX_AT_ONCE
 from server.settings import ServerSettings
-from server.wire.worker import Render, SceneRef
+from server.wire.worker import Opened, Render, SceneRef
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
@@ -84,9 +84,9 @@ class Service:
             limits.reserve_bytes,
             self.used,
             self.catalogue.touch,
-            self.edited.learn,
+            self._learn,
         )
-        self.changed_files = ChangedFiles(self.viewing.values, self.residency.inspect)
+        self.changed_files = ChangedFiles(self.viewing.values, self.catalogue.versions, self.residency.inspect)
         waiting = limits.max_waiting_renders
         self.stills = Places("renders that wait", WAITING_OF_ALL * waiting, waiting)
         self.jobs = Jobs(
@@ -97,6 +97,10 @@ class Service:
             keep_seconds=limits.job_result_seconds,
             keep_bytes=limits.job_results_bytes,
         )
+
+    def _learn(self, scene: SceneRef, opened: Opened) -> None:
+        self.edited.learn(scene, opened.info)
+        self.catalogue.versions.learn(scene, opened.beside)
 
     def check_cost(self, job: Render, frames: int, pictures: int = 1) -> None:
         """TooLongError, with what would do, where pictures are expected to take the device for too long."""

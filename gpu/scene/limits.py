@@ -2,6 +2,8 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
+MOST_BESIDE = 256  # files beside a scene's own whose times are remembered
+
 
 class SceneLimits(BaseModel):
     """Limits on one scene. What exceeds one is refused with a SceneError before memory is taken for it."""

@@ -1,10 +1,12 @@
 """A scene by the path of its file or by the name of a built-in one."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from gpu.errors import SceneError
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.formats.files import noting_files
 from gpu.scene.formats.usd.layers import LAYERS
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
@@ -42,7 +44,11 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: Impor
     if path.suffix.lower() not in SUFFIXES:
         known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
         raise SceneError(source, "", f"is not a scene; give {known}")
-    return shortened(_reader(path.suffix.lower())(path, limits, options))
+    with noting_files() as files:
+        scene = shortened(_reader(path.suffix.lower())(path, limits, options))
+    folder = path.parent.resolve()
+    beside = {file.relative_to(folder).as_posix(): written for file, written in files.items()}
+    return replace(scene, report=replace(scene.report, beside=beside))
 
 
 def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:

@@ -304,11 +304,16 @@ class Placement:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What a loader left out (ignored), added or mended (notes), a sentence each; dropped_triangles: of no area."""
+    """What a loader left out (ignored), added or mended (notes), a sentence each; dropped_triangles: of no area.
+
+    beside: files that were looked for beside the scene's, by their names from its folder, and when they were written
+    [ns], 0 where they are not there.
+    """
 
     ignored: tuple[str, ...] = ()
     dropped_triangles: int = 0
     notes: tuple[str, ...] = ()
+    beside: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from gpu.errors import brief
-from gpu.scene.types import Camera, Light, LoadReport, Material, Scene, Texture
+from gpu.scene.types import Camera, Light, Material, Scene, Texture
 
 MOST_NAME = 200  # characters: more than any name that fits into a list on a screen
 MOST_SENTENCE = 500  # characters
@@ -26,7 +26,7 @@ def shortened(scene: Scene) -> Scene:
     """
     choices = {kind: _choosable(offered) for kind, offered in scene.choices.items()}
     notes = (*scene.report.notes, *_left_out(scene.choices, choices))
-    report = LoadReport(_sentences(scene.report.ignored), scene.report.dropped_triangles, _sentences(notes))
+    report = replace(scene.report, ignored=_sentences(scene.report.ignored), notes=_sentences(notes))
     return replace(
         scene,
         cameras=_named(scene.cameras),

@@ -23,7 +23,6 @@ from server.render.watch import Watch
 from server.render.worker_link import WorkerLink, WorkerLostError
 from server.render.worker_process import WORKER
 from server.render.workers import Workers
-from server.wire.browser import SceneInfo
 from server.wire.worker import (
     START_UP,
     STILLS,
@@ -144,11 +143,11 @@ class Engine(Standing):
         """Another engine is ready, and this one is not: who waits for a turn is to go there."""
         self._jobs.turn_away()
 
-    async def open(self, scene: SceneRef, packed: str = "") -> SceneInfo:
+    async def open(self, scene: SceneRef, packed: str = "") -> Opened:
         """Load a scene, `packed` if it was read already, and say what is in it; errors as the futures of `submit`."""
         answer = await self._answer_to(OpenScene(scene, packed=packed))
         assert isinstance(answer, Opened)
-        return answer.info
+        return answer
 
     async def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it; errors as the futures of `submit`."""

@@ -14,8 +14,9 @@ from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from server.refusals import UnknownSceneError
 from server.scenes.listing import scene_files
-from server.scenes.served import check_served, scene_ref, served_id
+from server.scenes.served import check_served, served_id
 from server.scenes.uploads import Uploads
+from server.scenes.versions import Versions
 from server.wire.browser import SceneName
 from server.wire.worker import SceneRef
 
@@ -39,6 +40,7 @@ class Catalogue:
             raise UserError(f"{folder}: there is no such folder of scenes; make it, or name another")
         check_served(served)
         self.uploads = uploads
+        self.versions = Versions()
         self._folder = folder
         self._served = served
         self._options = options
@@ -122,7 +124,7 @@ class Catalogue:
     def _ref(self, scene_id: str, source: str, options: ImportOptions | None) -> SceneRef:
         if options is None:
             options = self._usual_options(scene_id, source)
-        return scene_ref(scene_id, source, options)
+        return self.versions.now(scene_id, source, options)
 
     def _usual_options(self, scene_id: str, source: str) -> ImportOptions:
         if self.uploads is not None and (upload := self.uploads.get(scene_id)) is not None:

@@ -16,7 +16,7 @@ from server.render.worker_link import TurnedAwayError
 from server.scenes.checked import Checked, SceneSize
 from server.scenes.checker import Checker
 from server.wire.browser import SceneInfo
-from server.wire.worker import STILLS, SceneRef
+from server.wire.worker import STILLS, Opened, SceneRef
 
 # Bytes on the device (gpu.device_scene.upload): positions and normals are 3 floats; triangles have 3 indices, a
 # material, in the tree (gpu.device_scene.bvh) 3 corners of 4 floats, a number and a third of a node of 128 bytes, and,
@@ -46,7 +46,7 @@ class Residency:
         reserve_bytes: int,
         used: Callable[[], Iterable[SceneRef]],
         touch: Callable[[str], None],
-        learned: Callable[[SceneRef, SceneInfo], None],
+        learned: Callable[[SceneRef, Opened], None],
     ) -> None:
         """reserve_bytes: of the device's memory, stay free; used: what somebody looks at, or a job is to render; touch:
         hears the ids of scenes that are used; learned: hears what is in one that was opened.
@@ -59,7 +59,7 @@ class Residency:
         self._touch = touch
         self._learned = learned
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
-        self._opened: dict[SceneRef, SceneInfo] = {}
+        self._opened: dict[SceneRef, Opened] = {}
         self._loading = {engine: asyncio.Lock() for engine in engines.engines}
         self._reading = WeakValueDictionary[str, asyncio.Lock]()  # by client
         self._of_client = WeakValueDictionary[tuple[Engine, str], asyncio.Lock]()
@@ -117,11 +117,11 @@ class Residency:
                 await self.inspect(scene)
             while True:
                 try:
-                    info = await self._open(scene, self._engines.place(client, scene, Urgency.STILL))
+                    opened = await self._open(scene, self._engines.place(client, scene, Urgency.STILL))
                 except TurnedAwayError:
                     continue
-                self._learned(scene, info)
-                return info
+                self._learned(scene, opened)
+                return opened.info
         finally:
             self._opening[scene.id] -= 1
             self._opening += Counter()  # forgets what has come
@@ -133,7 +133,7 @@ class Residency:
     def _in_use(self, scene_id: str) -> bool:
         return self.opening(scene_id) or any(scene.id == scene_id for scene in self._used())
 
-    async def _open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
+    async def _open(self, scene: SceneRef, engine: Engine) -> Opened:
         """What is there already waits for nothing; of what one client wants one scene waits for its turn at a time."""
         if scene in self._opened and scene in engine.scenes:
             return self._opened[scene]

@@ -17,7 +17,7 @@ from pydantic import Field, TypeAdapter
 from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.lighting.environment_options import NO_ENVIRONMENT, EnvironmentOptions
-from gpu.scene.limits import SceneLimits
+from gpu.scene.limits import MOST_BESIDE, SceneLimits
 from gpu.settings import RenderSettings
 from server.wire.browser import PickedPart, SceneInfo
 from server.wire.log_format import LogFormat
@@ -283,10 +283,11 @@ class Paused:
 
 @dataclass(frozen=True)
 class Opened:
-    """Answer to OpenScene."""
+    """Answer to OpenScene. beside: as of gpu.scene.types.LoadReport."""
 
     request: int
     info: SceneInfo
+    beside: Annotated[dict[str, int], Field(max_length=MOST_BESIDE)] = field(default_factory=dict)
     kind: Literal["opened"] = "opened"
 
 

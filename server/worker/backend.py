@@ -110,6 +110,10 @@ class GpuBackend:
         loaded = self._with_room(lambda: self._load(scene, report, packed), what)
         return describe_scene(scene.id, loaded.scene, scene.options)
 
+    def beside(self, scene: SceneRef) -> dict[str, int]:
+        """Files that a scene, which is loaded, was read with."""
+        return dict(self._scenes[scene].scene.report.beside)
+
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it."""
         self._scenes.pop(scene, None)

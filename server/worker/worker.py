@@ -117,6 +117,9 @@ class Backend(Protocol):
     def open(self, scene: SceneRef, report: Report, packed: str = "") -> SceneInfo:
         """Make sure that a scene is loaded."""
 
+    def beside(self, scene: SceneRef) -> dict[str, int]:
+        """Files that a scene, which is loaded, was read with (gpu.scene.types.LoadReport)."""
+
     def render(self, job: Render, report: Report) -> Picture:
         """Render one picture."""
 
@@ -253,7 +256,8 @@ class Worker:
         try:
             match job:
                 case OpenScene(scene):
-                    answer = Opened(job.request, self._backend.open(scene, report, job.packed))
+                    info = self._backend.open(scene, report, job.packed)
+                    answer = Opened(job.request, info, self._backend.beside(scene))
                 case CloseScene(scene):
                     self._backend.close(scene)
                     answer = Closed(job.request)

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -89,6 +90,10 @@ class GradientBackend:
             objects=(ObjectInfo(id="chair", box=CHAIR), ObjectInfo(id="room", box=bounds)),
             triangles=12,
         )
+
+    def beside(self, scene: SceneRef) -> dict[str, int]:
+        """All pictures in its folder."""
+        return {file.name: file.stat().st_mtime_ns for file in Path(scene.source).parent.glob("*.png")}
 
     def close(self, scene: SceneRef) -> None:
         self._scenes.pop(scene, None)

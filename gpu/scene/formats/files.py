@@ -4,17 +4,20 @@ import base64
 import binascii
 import os
 import re
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from stat import S_ISREG
 from unicodedata import normalize
 from urllib.parse import unquote, unquote_to_bytes, urlsplit
 
 from gpu.errors import ForbiddenError, SceneError
-from gpu.scene.limits import SceneLimits
+from gpu.scene.limits import MOST_BESIDE, SceneLimits
 from gpu.scene.remarks import Remarks
 from gpu.scene.validate import check_count
 
+_noted: ContextVar[dict[Path, int] | None] = ContextVar("files that a scene is read with", default=None)
 _LFS_POINTER = b"version https://git-lfs"
 
 
@@ -36,6 +39,27 @@ def read_bytes(path: Path, limits: SceneLimits) -> bytes:
     return content
 
 
+@contextmanager
+def noting_files() -> Iterator[dict[Path, int]]:
+    """What is looked for beside scenes meanwhile, up to MOST_BESIDE: where, and when it was written [ns], 0 where it is
+    not there.
+    """
+    found: dict[Path, int] = {}
+    before = _noted.set(found)
+    try:
+        yield found
+    finally:
+        _noted.reset(before)
+
+
+def written_at(path: Path) -> int:
+    """When a file was written [ns], 0 where there is none."""
+    try:
+        return path.stat().st_mtime_ns
+    except (OSError, ValueError):
+        return 0
+
+
 def confined_file(scene: Path, name: str, field: str) -> Path | None:
     """The file called `name`, relative to the folder of `scene` and inside it; None when there is none.
 
@@ -53,6 +77,8 @@ def confined_file(scene: Path, name: str, field: str) -> Path | None:
             path = _alike(path, part)
             if not path.resolve().is_relative_to(folder):
                 raise _outside(scene, name, field)
+        if (noted := _noted.get()) is not None and len(noted) < MOST_BESIDE:
+            noted.setdefault(path, written_at(path))
         return path if path.is_file() else None
     except (OSError, ValueError, RuntimeError):  # a name too long or with a NUL, or a loop of links
         return None

@@ -19,6 +19,16 @@ def test_a_file_by_its_suffix(tmp_path: Path, name: str) -> None:
     assert len(load_scene(str(path)).triangles) == 1
 
 
+def test_a_scene_knows_the_files_that_it_was_read_with(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("mtllib sub/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "a.mtl").write_text("newmtl red\nmap_Kd wood.png\n")
+    beside = load_scene(str(tmp_path / "a.obj")).report.beside
+    assert beside["sub/a.mtl"] == (tmp_path / "sub" / "a.mtl").stat().st_mtime_ns
+    assert beside["sub/wood.png"] == 0  # which may come
+    assert load_scene("cornell-box").report.beside == {}
+
+
 @pytest.mark.parametrize(
     ("name", "module", "extra"),
     [

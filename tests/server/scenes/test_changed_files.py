@@ -11,6 +11,7 @@ from server.refusals import TooBusyError
 from server.scenes import changed_files
 from server.scenes.changed_files import ChangedFiles
 from server.scenes.served import scene_ref
+from server.scenes.versions import Versions
 from server.wire.worker import SceneRef
 
 
@@ -39,7 +40,7 @@ def test_a_file_that_changed_is_told_once_it_stays_so(tmp_path: Path, monkeypatc
             raise answer
 
     async def look() -> None:
-        files = ChangedFiles(viewed, read)
+        files = ChangedFiles(viewed, Versions(), read)
         files.listeners.add(lambda *change: told.append((looks, *change)))
         running = asyncio.create_task(files.run())
         while looks < 9:

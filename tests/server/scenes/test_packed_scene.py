@@ -33,7 +33,7 @@ def rich() -> Scene:
         lights=(Light("lamp", LightKind.SPOT, (1.0, 2.0, 3.0), cos_inner=0.9, cos_outer=0.5),),
         sky=Sky((1.0, 1.0, 2.0)),
         cameras=(*box.cameras, Camera("plan", np.eye(4), 2.0, orthographic=True, near=0.5)),
-        report=LoadReport(("x was ignored",), 3, ("y was mended",)),
+        report=LoadReport(("x was ignored",), 3, ("y was mended",), {"wood.png": 7}),
         frame=FileFrame("z", 0.001, (1e9, 0.0, 1.0)),
         choices={"variant": ("day", "night")},
     )

@@ -282,6 +282,29 @@ def test_who_looks_at_a_file_that_is_written_anew_sees_that_with_the_edits_that_
     assert scene.stamp == 2e18
 
 
+def test_who_looks_at_a_scene_sees_what_is_written_anew_beside_it(
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(changed_files, "LOOK_SECONDS", 0.05)
+    (tmp_path / "hall.gltf").write_bytes(b"")
+    (tmp_path / "wood.png").write_bytes(b"")
+    running = serve(scenes_dir=tmp_path)
+    walkers = [visit(running), visit(running)]
+    walkers[0].hello(scene="hall.gltf")
+    walkers[0].send("edit", id=1, patch={"lights": {"lamp": {"on": False}}})
+    edited = walkers[0].word("edits", edit=1)["edits"]
+    (before,) = running.service.viewing.values()
+    os.utime(tmp_path / "wood.png", (1e9, 1e9))  # older than it was
+    assert walkers[0].word("scene")["id"] == "hall.gltf"
+    assert walkers[0].word("edits")["edits"] == edited
+    walkers[1].hello(scene="hall.gltf")
+    walkers[1].word("edits")
+    (now,) = {*running.service.viewing.values()}
+    assert now != before
+    with pytest.raises(TimeoutError):
+        walkers[0].word("scene", timeout=0.5)
+
+
 def test_a_file_that_becomes_a_broken_one_is_told_and_the_one_before_is_still_shown(
     serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

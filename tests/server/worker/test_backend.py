@@ -306,6 +306,14 @@ def test_a_scene_that_is_viewed_is_not_dropped(backend: GpuBackend) -> None:
     assert list(backend._scenes) == [TWIN, THIRD]
 
 
+def test_a_scene_tells_the_files_that_it_was_read_with(backend: GpuBackend, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene = SceneRef("a.obj", str(tmp_path / "a.obj"))
+    backend.open(scene, silent)
+    assert backend.beside(scene) == {"a.mtl": 0}
+    backend.close(scene)
+
+
 def test_an_error_of_a_scene_names_its_id_not_its_path(backend: GpuBackend, tmp_path: Path) -> None:
     (tmp_path / "secret.glb").write_bytes(b"no GLB")
     with pytest.raises(UserError, match=r"^hall\.glb: ") as caught:

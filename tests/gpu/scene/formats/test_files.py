@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import ForbiddenError, SceneError
-from gpu.scene.formats.files import confined_file, read_bytes, read_uri
+from gpu.scene.formats.files import confined_file, noting_files, read_bytes, read_uri
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.remarks import Remarks
 
@@ -26,6 +26,17 @@ def test_files_in_the_folder_are_found(scene: Path, name: str) -> None:
     path = confined_file(scene, name, "here")
     assert path is not None
     assert path.read_bytes() == b"yes"
+
+
+def test_what_is_looked_for_beside_a_scene_is_noted(scene: Path) -> None:
+    with noting_files() as files:
+        confined_file(scene, "SUB/A.bin", "here")
+        confined_file(scene, "away.bin", "here")
+        with pytest.raises(ForbiddenError):
+            confined_file(scene, "../outside.bin", "here")
+    confined_file(scene, "later.bin", "here")
+    folder = scene.parent.resolve()
+    assert files == {folder / "sub" / "a.bin": (folder / "sub" / "a.bin").stat().st_mtime_ns, folder / "away.bin": 0}
 
 
 @pytest.mark.parametrize("name", ["nothing.bin", "sub", "a\0", "x" * 9999, "."])
