@@ -22,7 +22,7 @@ from gpu.vpl.bidirectional_importance import BidirectionalImportance
 from gpu.vpl.build import no_clusters
 from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.polygon_light import Polygons, allocate_polygons, fit_polygons
-from gpu.vpl.radiosity_cache import RadiosityBuilder
+from gpu.vpl.radiosity_estimate import RadiosityBuilder
 from gpu.vpl.shadow_map_clusters import KeptSeeds, ShadowMapClustering
 
 

@@ -12,7 +12,8 @@ from gpu.clustering.grid import cells_per_unit
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
-from gpu.vpl.radiosity_cache import NEIGHBOURS, RadiosityCache, vpl_around
+from gpu.vpl.radiosity_cache import RadiosityCache, vpl_around
+from gpu.vpl.radiosity_estimate import NEIGHBOURS
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Below a cell of the lowest level, so that cells of that are searched first.

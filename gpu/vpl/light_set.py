@@ -18,7 +18,7 @@ from gpu.lights.path_ends import gather_vpls_kernel
 from gpu.vpl.build import no_clusters
 from gpu.vpl.clustering import VplClustering
 from gpu.vpl.group_lights import GroupLights
-from gpu.vpl.radiosity_cache import RadiosityBuilder
+from gpu.vpl.radiosity_estimate import RadiosityBuilder
 from gpu.vpl.seen_paths import SeenPathEnds
 from gpu.vpl.vpl_clusters import VplClusters
 
