@@ -12,8 +12,9 @@ from gpu.indirect.exact_gather import gather
 from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.frame_kind import frame_kind
+from gpu.methods.light_making import keeps_lights, light_set_choice, make_lights
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, keeps_lights, light_set_choice, make_lights, traces_lobes
+from gpu.methods.passes import Passes, traces_lobes
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered

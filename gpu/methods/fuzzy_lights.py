@@ -8,8 +8,8 @@ from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.frame_kind import STILL_VIEW_PARAMETERS, FrameKind
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
+from gpu.methods.light_making import keeps_lights, light_set_choice, make_lights
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import keeps_lights, light_set_choice, make_lights
 from gpu.settings import Clustering, Component
 from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered

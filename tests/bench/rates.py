@@ -20,8 +20,8 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.specular_chain import chain_samples
+from gpu.methods.light_making import light_set_choice
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import light_set_choice
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.types import Ints
 from gpu.settings import RenderSettings
