@@ -137,11 +137,15 @@ def _inlined_size(code: wp.Kernel | wp.Function, sizes: dict[Any, int]) -> int:
 
 
 def compile_for(kernels: Iterable[wp.Kernel], architecture: int, block: int) -> None:
-    """Compile these kernels into Warp's cache, for GPUs of this compute capability times ten.
+    """Compile what Warp's cache has not of these kernels, for GPUs of this compute capability times ten.
 
     No GPU need be here. block: threads of a block; architecture: one of `wp.get_cuda_supported_archs()`.
     """
-    modules = dict.fromkeys(kernel.module for kernel in kernels)
+
+    def is_there(module: wp.Module) -> bool:
+        return (_folder(module, block) / module._get_compile_output_name(None, architecture, block_dim=block)).exists()
+
+    modules = [module for module in dict.fromkeys(kernel.module for kernel in kernels) if not is_there(module)]
     with ThreadPoolExecutor(WORKERS) as pool:
         for built in [pool.submit(_compile, module, None, block, architecture) for module in modules]:
             built.result()

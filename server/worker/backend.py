@@ -37,6 +37,7 @@ from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
+from server.worker import warm_ahead
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.late_edits import COMPILING, LateEdits
@@ -100,6 +101,7 @@ class GpuBackend:
         # While the scene is read.
         Thread(target=load_kept_kernels, args=(self._device,), name="kernels", daemon=True).start()
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
+        self._ahead = warm_ahead.begin(self._device)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 
     def open(self, scene: SceneRef, report: Report, packed: str = "") -> SceneInfo:

@@ -115,6 +115,8 @@ def test_kernels_are_compiled_for_gpus_that_are_not_here(monkeypatch: pytest.Mon
     name = kernel.module.get_module_identifier(128)  # where Warp looks for it on such a GPU
     assert (tmp_path / name / f"{name}.sm90.cubin").stat().st_size > 0
     assert not list(tmp_path.rglob("*.o"))
+    monkeypatch.setattr("gpu.core.kernel_loading._compile", lambda *_: pytest.fail("it is there"))
+    compile_for([kernel], 90, 128)
 
 
 def test_kernels_are_looked_for_while_others_are_imported(monkeypatch: pytest.MonkeyPatch) -> None:
