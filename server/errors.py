@@ -119,7 +119,8 @@ def install(app: FastAPI) -> None:
         if (unread := _unread(error.__cause__)) is not None:
             return error_response(422, "bad-request", unread)
         code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
-        response = error_response(error.status_code, code, str(error.detail))
+        words = f"there is nothing at {request.url.path[:100]}; api/docs tells what there is"
+        response = error_response(error.status_code, code, words if error.status_code == 404 else str(error.detail))
         response.headers.update(error.headers or {})
         if allowed := _methods(app, request):
             response.headers["Allow"] = ", ".join(allowed)

@@ -88,14 +88,15 @@ def summary_text(summary: dict[str, Any]) -> str:
     step = max(size) / frame["metres_per_unit"] / 1e4
     lines = [
         summary["name"],
-        f"  {summary['triangles']:,} triangles, {summary['vertices']:,} vertices, {summary['uv_sets']} UV sets",
+        f"  {_counted(summary['triangles'], 'triangles')}, {summary['vertices']:,} vertices, "
+        f"{_counted(summary['uv_sets'], 'UV sets')}",
         f"  size {_vector(size)} m, from {_point(bounds['min'], step)} to {_point(bounds['max'], step)} in the file",
         f"  +{frame['up'].upper()} is up, a unit is {frame['metres_per_unit']:.6g} m, "
         f"metres count from {_point(frame['origin'], step)}",
         f"  memory {summary['memory_bytes'] / 1e6:,.1f} MB",
     ]
     sections: dict[str, Callable[[Any], str]] = {
-        "materials": lambda m: f"{m['id']}: {m['triangles']:,} triangles",
+        "materials": lambda m: f"{m['id']}: {_counted(m['triangles'], 'triangles')}",
         "objects": lambda o: o["id"],
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
@@ -104,17 +105,21 @@ def summary_text(summary: dict[str, Any]) -> str:
     }
     for key, text in sections.items():
         entries = summary[key]
-        lines.append(f"  {len(entries)} {key}")
+        lines.append(f"  {_counted(len(entries), key)}")
         lines += [f"    {text(entry)}" for entry in entries[:_LISTED]]
         lines += [f"    and {len(entries) - _LISTED} more"] if len(entries) > _LISTED else []
         if key == "lights" and summary["addable"]:
             lines.append(f"    edits can add: {', '.join(summary['addable'])}")
     lines += [f"  {name}: one of {', '.join(offered)}" for name, offered in summary["choices"].items()]
     if summary["dropped_triangles"]:
-        lines.append(f"  dropped: {summary['dropped_triangles']:,} triangles without area")
+        lines.append(f"  dropped: {_counted(summary['dropped_triangles'], 'triangles')} without area")
     lines += [f"  ignored: {sentence}" for sentence in summary["ignored"]]
     lines += [f"  note: {sentence}" for sentence in summary["notes"]]
     return "\n".join(lines)
+
+
+def _counted(count: int, things: str) -> str:
+    return f"{count:,} {things.removesuffix('s') if count == 1 else things}"
 
 
 def _world_areas(scene: Scene) -> Doubles:

@@ -47,6 +47,8 @@ _Commands: TypeAlias = "_SubParsersAction[_Parser]"
 
 def run(arguments: Sequence[str], worker: WorkerProcess | None = None) -> int:
     """Run one command and return its exit status; worker: one that runs already, for `serve`. UserError as is said."""
+    if not arguments:
+        raise UserError("give a command: serve, render, compare, info or warm; `lumenwalk --help` says what they do")
     options = parser(worker).parse_args(arguments)
     status: int = options.command(options)
     return status

@@ -64,6 +64,7 @@ def test_requests_that_cannot_be_read_and_paths_that_lead_nowhere_are_told_alike
     assert wrong.json()["message"].startswith("number: ")
     missing = answer_to("/1/2", UserError("no"))
     assert (missing.status_code, missing.json()["code"]) == (404, "not-found")
+    assert missing.json()["message"] == "there is nothing at /1/2; api/docs tells what there is"
 
 
 def test_a_fault_is_told_in_the_same_form_without_what_it_was() -> None:

@@ -70,7 +70,8 @@ def test_text_and_json_say_what_was_changed() -> None:
     text = summary_text(summary)
     for part in ("room", "2 triangles", "size 4 2 0 m, from 10 10 10 to 14 12 10",
                  "+Y is up, a unit is 1 m", "half: 2×1, colour", "sky: sky, 1 1 1 W/m²/sr", "ignored: that",
-                 "dropped: 1 triangles", "note: the scene has no light", "default: perspective"):  # fmt: skip
+                 "dropped: 1 triangle w", "1 camera\n",
+                 "note: the scene has no light", "default: perspective"):  # fmt: skip
         assert part in text
 
 
@@ -91,4 +92,4 @@ def test_coordinates_are_those_of_the_file_to_the_millimetre() -> None:
 def test_animations_are_listed_with_their_lengths(tmp_path: Path) -> None:
     summary = summarise(moving(tmp_path).load())
     assert summary["animations"] == [{"id": "wave", "seconds": 2.0}]
-    assert summary_text(summary).endswith("  1 animations\n    wave: 2 s")
+    assert summary_text(summary).endswith("  1 animation\n    wave: 2 s")

@@ -41,7 +41,7 @@ def test_light_commands_do_not_import_warp(pair: tuple[str, str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        ([], "COMMAND"),
+        ([], "give a command: serve, render, compare, info or warm"),
         (["fly"], "fly"),
         (["info"], "SCENE"),
         (["info", "no-such.glb"], "no-such.glb"),
