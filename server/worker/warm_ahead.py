@@ -63,8 +63,18 @@ def _there(architecture: int) -> Path:
     return Path(wp.config.kernel_cache_dir) / f"general_{architecture}_{digest}"
 
 
+def _start_warp() -> None:
+    """Have Warp find its cache, and not say on stderr that it finds no GPU."""
+    stderr = os.dup(2)
+    with Path(os.devnull).open("w") as nowhere:
+        os.dup2(nowhere.fileno(), 2)
+    wp.init()
+    os.dup2(stderr, 2)
+    os.close(stderr)
+
+
 if __name__ == "__main__":
     walls.end_with_parent(int(sys.argv[1]))
     os.nice(NICENESS)
-    wp.init()  # which finds the cache
+    _start_warp()
     warm_ahead(int(sys.argv[2]))
