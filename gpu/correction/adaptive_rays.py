@@ -31,7 +31,7 @@ from gpu.indirect.clustered_light import ClusteredLight
 from gpu.indirect.far_field import light_seen
 from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
 from gpu.vpl.form_factor import light_of
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, colouring, ray_index, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters
 
 # How keys encode brightness.
@@ -135,7 +135,7 @@ def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters,
             found = -by.trust * rays.cluster_visibility[index] * share
             if rays.vpl[index] == vpl:
                 found += share
-            total += light_of(vpls, vpl, found)
+            total += light_of(vpls, vpl, found) + wp.cw_mul(light_of(vpls, vpl, share), colouring(rays, index))
     found_light = known.clustered[pixel] * by.trust + total / float(RAYS)
     before = CHECKS * wp.min(known.frames[pixel] + 1, by.most_frames)
     light = known.light[pixel]
@@ -193,14 +193,16 @@ class BrightPoints(Selection):
     Its arrays are allocated once.
     """
 
-    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device) -> None:
+    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device, *, tinted: bool = False) -> None:
+        """tinted: as of gpu.vpl.shadow_rays.shadow_rays."""
         super().__init__(size[0] * size[1], capacity, int(LAST), device)
         self._image = image_size(size)
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
         bright = int(SAMPLES) - 1 - ADAPTIVE_RAY_PARAMETERS.brighter
         self._least = self._samples[bright : bright + 1]
-        self._rays = shadow_rays(self.capacity, RAYS, device, side_by_side=False, control_variate=True)
+        by_ray = {"side_by_side": False, "control_variate": True, "tinted": tinted}
+        self._rays = shadow_rays(self.capacity, RAYS, device, **by_ray)
         self._residual = Residual()
         self._residual.light = wp.zeros(self.capacity, dtype=wp.vec3, device=device)
         self._residual.place = wp.zeros(size[0] * size[1], dtype=int, device=device)

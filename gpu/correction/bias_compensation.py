@@ -19,7 +19,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, over_even, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.offsets import offset_origin
-from gpu.device_scene.panes import crossed_tint
+from gpu.device_scene.panes import crossed_tint, tint_between
 from gpu.device_scene.part_glass import met_at
 from gpu.device_scene.rays import closest_hit, connected
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
@@ -171,7 +171,12 @@ def compensating_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, pi
         state = hashed(wp.uint32(seed) ^ hashed(VPL_KEY + wp.uint32(paths.sample * paths.bounces + bounce)))
         wider = chosen.wider
         drawn = seen_vpl(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)
-        light += wp.cw_mul(throughput, vpl_light(surface, view, reflectance, vpls, paths.lobes, drawn)) / PI
+        sent = vpl_light(surface, view, reflectance, vpls, paths.lobes, drawn)
+        if scene.part_glass and drawn.item >= 0:
+            position = vpls.members.position[drawn.item]
+            normal = vpls.members.normal[drawn.item]
+            sent = wp.cw_mul(sent, tint_between(scene, surface.position, surface.normal, position, normal))
+        light += wp.cw_mul(throughput, sent) / PI
     return light
 
 

@@ -26,7 +26,7 @@ from gpu.indirect.fuzzy_shading import REGISTERS
 from gpu.indirect.irradiance import CHECKS, Indirect
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.form_factor import light_of
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, arrival, shadow_rays, target_of, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, arrival, colouring, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -148,6 +148,7 @@ def correction_kernel(first: int, points: PointList, vpls: VplClusters, rays: Sh
         if vpl != NO_RAY:
             wrong = arrival(rays.vpl[index]) - rays.cluster_visibility[index]
             mean += light_of(vpls, vpl, rays.share[index] * wrong)
+            mean += wp.cw_mul(light_of(vpls, vpl, rays.share[index]), colouring(rays, index))
     mean = mean / float(CHECKS)
     pixel = points.pixels[place]
     before = wp.where(this_pass.number > 0, means[pixel], 0)
@@ -189,15 +190,15 @@ class RayPasses:
 class Correction:
     """Corrects the light of up to `capacity` SPs; its arrays are allocated once.
 
-    most: of the passes that may be wanted. own (pixel,): what the irradiance of each SP lacks by its own rays, or has
-    too much of, then negative [W/m²]; rays: CHECKS of each.
+    most: of the passes that may be wanted; tinted: as of `shadow_rays`. own (pixel,): what the irradiance of each SP
+    lacks by its own rays, or has too much of, then negative [W/m²]; rays: CHECKS of each.
     """
 
-    def __init__(self, capacity: int, device: wp.Device, most: int = 1) -> None:
+    def __init__(self, capacity: int, device: wp.Device, most: int = 1, *, tinted: bool = False) -> None:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
-        self.rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True)
+        self.rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True, tinted=tinted)
         self._wanted = wp.ones(1, dtype=float, device=device)
         # Whether any SP has each of them. Graphs read that, and launch nothing for those that none has.
         self._has = wp.zeros(most, dtype=int, device=device)

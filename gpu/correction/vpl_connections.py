@@ -32,7 +32,7 @@ from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, light_of, member_irradiance, unoccluded_irradiance
 from gpu.vpl.group_sampling import offered, reservoir
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, colouring, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, cluster_of
 from gpu.vpl.vpl_lobes import VplLobes, by_lobe
 
@@ -230,6 +230,7 @@ def connected_light_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls
         if vpl >= 0:
             way = wp.normalize(gbuffer.position[pixel] - vpls.members.position[vpl])
             sent = light_of(vpls, vpl, rays.share[index])
+            sent += wp.cw_mul(sent, colouring(rays, index))
             sent = wp.cw_mul(sent, by_lobe(this_pass.lobes, vpls.members, vpl, way))
             light += wp.cw_mul(sent, received_by_lobe(gbuffer, pixel, -way))
     irradiance[pixel] = light

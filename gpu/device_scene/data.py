@@ -131,8 +131,8 @@ class EnvironmentData:
 @wp.struct
 class SceneData:
     """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after
-    them panes, which are clear glass, `masked_count` there in part, by alpha or as glass, and the last `backdrop_count`
-    a sky around the scene, which only cameras and its light know.
+    them panes, which are bodies of clear glass, `masked_count` there in part, by alpha or as glass, and the last
+    `backdrop_count` a sky around the scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; slots (slot,) of the materials, one behind the other; texels (texel,) RGBA8,
@@ -143,10 +143,9 @@ class SceneData:
     coats, sheen, thin films, grain, what scatters light to its other side, glass, mirrors or clear glass; blended: or
     surfaces of which rays find a share; sheer: some of them by less than half; one_sided: cameras do not see the
     backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let
-    no light through; part_glass: rays may hit sheets that are clear glass in part (gpu.device_scene.part_glass);
-    coverage: a seed by which rays meet what is there in part by its share, and panes (gpu.device_scene.panes);
-    HALF: what is there by one half or more; WHOLE: wherever it shows at all. through_sheets: panes are not met at
-    random, but sheets crossed straight.
+    no light through; part_glass: rays may hit sheets of clear glass (gpu.device_scene.part_glass); coverage: a seed by
+    which rays meet what is there in part by its share; HALF: what is there by one half or more; WHOLE: wherever it
+    shows at all.
     """
 
     opaque: Bvh
@@ -190,4 +189,3 @@ class SceneData:
     translucent: bool
     part_glass: bool
     coverage: wp.uint32
-    through_sheets: bool

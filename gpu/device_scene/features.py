@@ -86,8 +86,8 @@ EVERYTHING = SceneFeatures()
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
     which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats,
-    cloth, thin films, grain, what is translucent and part glass, which few scenes have, and which take most of the time
-    that all compile.
+    cloth, thin films, grain and what is translucent, which few scenes have, and which take most of the time that all
+    compile.
     """
     return replace(
         EVERYTHING,
@@ -99,7 +99,6 @@ def features_of_any(has: SceneFeatures) -> SceneFeatures:
         films=has.films,
         grain=has.grain,
         translucent=has.translucent,
-        part_glass=has.part_glass,
     )
 
 
@@ -127,7 +126,8 @@ def is_specular(material: Material) -> bool:
 
 
 def _frosted(material: Material) -> bool:
-    mixed = material.is_part_glass or material.transmission_slot is not None or not material.is_clear
+    in_part = material.is_part_glass and material.glass_share < 1.0
+    mixed = in_part or material.transmission_slot is not None or not material.is_clear
     return material.transmission > 0.0 and mixed and not material.unlit
 
 
@@ -155,7 +155,7 @@ def is_in_part(material: Material) -> bool:
 
 
 def is_pane(material: Material) -> bool:
-    """Whether surfaces of `material` are clear glass that indirect light passes: whole sheets, and faces of bodies."""
+    """Whether surfaces of `material` are faces of clear bodies of glass, which indirect light passes."""
     return material.is_clear and not material.is_part_glass
 
 

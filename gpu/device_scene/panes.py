@@ -1,17 +1,17 @@
-"""Clear glass, here called panes, sheets and faces of bodies alike.
+"""Clear glass: faces of bodies, here called panes, and sheets (gpu.device_scene.part_glass).
 
-A sheet stands for its two faces (gpu.device_scene.glass): light crosses it straight, dimmed and tinted. What reflects
-there, paths and the camera's rays meet at random. Bodies refract: shadow rays end there, and what light does is found
-by following it (gpu.lights.caustic_map). Rays of indirect light pass all panes.
+A sheet stands for its two faces (gpu.device_scene.glass): light crosses it straight, dimmed and tinted. Bodies refract:
+shadow rays end there, and what light does is found by following it (gpu.lights.caustic_map). Rays of indirect light
+pass bodies, but for those that follow it.
 """
 
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.device_scene.bsdf import largest
-from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.data import HALF, NO_HIT, Hit, SceneData
 from gpu.device_scene.offsets import OFFSET_ULP
-from gpu.device_scene.part_glass import crossing_share, is_part_glass, part_at, uncrossed
+from gpu.device_scene.part_glass import is_part_glass, part_at, uncrossed
 from gpu.device_scene.rays import (
     LEAST_LEFT,
     MAX_ALPHA_LAYERS,
@@ -22,7 +22,6 @@ from gpu.device_scene.rays import (
     segment_between,
     unmasked,
 )
-from gpu.device_scene.sides import layer_sample
 from gpu.device_scene.surface import Surface, surface_at
 
 
@@ -35,26 +34,9 @@ class TintedHit:
 
 
 @wp.func
-def is_pane(scene: SceneData, face: int) -> bool:
-    """Whether a triangle is one of a pane."""
-    return face >= scene.opaque_count and face < scene.opaque_count + scene.pane_count
-
-
-@wp.func
-def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float) -> wp.vec3:
-    """What panes on the open segment of `length` from `origin` along unit `direction` leave of light."""
-    share = wp.vec3(1.0, 1.0, 1.0)
-    if scene.pane_count > 0:
-        start = float(0.0)
-        for _layer in range(MAX_ALPHA_LAYERS):
-            pane = first_hit(scene.panes, origin + direction * start, direction, length - start, False)
-            if pane.face == NO_HIT:
-                return share
-            pane.face += scene.opaque_count
-            surface = surface_at(scene, pane, direction)
-            share = wp.cw_mul(share, surface.albedo * crossing_share(surface, direction))
-            start += pane.t + OFFSET_ULP
-    return share
+def stops_at_pane(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float) -> bool:
+    """Whether a body of clear glass refracts light on the open segment of `length` from `origin` along a direction."""
+    return scene.pane_count > 0 and any_hit(scene.panes, origin, direction, length)
 
 
 @wp.func
@@ -88,10 +70,11 @@ def left_by_parts(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length:
 @wp.func
 def crossed_tint(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float, culls: bool) -> wp.vec3:
     """How part glass tints light on the open segment of `length` from `origin` along unit `direction`, of a ray that
-    has met none of it there; culls: nor knows backs that can be culled.
+    has met none of it there; if not by chance, it is dimmed by what glass mirrors, too. culls: the ray knows no backs
+    that can be culled.
     """
     tint = wp.vec3(1.0, 1.0, 1.0)
-    if scene.part_glass:
+    if scene.part_glass and scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):
             layer = layer_after(scene, origin, direction, start, length - OFFSET_ULP, culls)
@@ -99,14 +82,15 @@ def crossed_tint(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: 
                 return tint
             if is_part_glass(scene, layer.face):
                 part = part_at(scene, layer, direction)
-                tint = wp.cw_mul(tint, part.passes / wp.max(1.0 - part.there, 1.0e-6))
+                stays = wp.where(scene.coverage == HALF, part.matt, part.there)
+                tint = wp.cw_mul(tint, part.passes / wp.max(1.0 - stays, 1.0e-6))
             start = layer.t + OFFSET_ULP
     return tint
 
 
 @wp.func
 def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> wp.vec3:
-    """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind panes and BLEND."""
+    """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind sheets and BLEND."""
     nothing = wp.vec3(0.0, 0.0, 0.0)
     if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
         return nothing
@@ -115,66 +99,45 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
         return wp.vec3(1.0, 1.0, 1.0)
     if scene.opaque_count > 0 and any_hit(scene.opaque, segment.origin, segment.direction, segment.length):
         return nothing
-    if scene.part_glass:
-        parts = left_by_parts(scene, segment.origin, segment.direction, segment.length)
-        return wp.cw_mul(transmitted(scene, segment.origin, segment.direction, segment.length), parts)
-    left = unmasked(scene, segment.origin, segment.direction, segment.length)
-    if left == 0.0:
+    if stops_at_pane(scene, segment.origin, segment.direction, segment.length):
         return nothing
-    return transmitted(scene, segment.origin, segment.direction, segment.length) * left
+    if scene.part_glass and scene.masked_count > 0:
+        return left_by_parts(scene, segment.origin, segment.direction, segment.length)
+    return wp.vec3(1.0, 1.0, 1.0) * unmasked(scene, segment.origin, segment.direction, segment.length)
 
 
 @wp.func
-def meet_panes(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
-    """`meet` without the tint of part glass."""
-    met = TintedHit()
-    met.tint = wp.vec3(1.0, 1.0, 1.0)
-    met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
-    if scene.pane_count > 0:
-        start = float(0.0)
-        for _layer in range(MAX_ALPHA_LAYERS):
-            pane = first_hit(scene.panes, origin + direction * start, direction, met.hit.t - start, cull_backs)
-            if pane.face == NO_HIT:
-                return met
-            pane.face += scene.opaque_count
-            start += pane.t
-            surface = surface_at(scene, pane, direction)
-            crosses = crossing_share(surface, direction)
-            if scene.through_sheets and surface.thin:
-                met.tint = wp.cw_mul(met.tint, surface.albedo * crosses)
-            elif scene.through_sheets or layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
-                met.hit = pane
-                met.hit.t = start
-                return met
-            else:
-                met.tint = wp.cw_mul(met.tint, surface.albedo)
-            start += OFFSET_ULP
-    return met
+def tint_between(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> wp.vec3:
+    """What part glass leaves of each colour of light from one surface point to another, over the mean of all colours:
+    that of a ray which has found that nothing hides one from the other.
+    """
+    tint = wp.vec3(1.0, 1.0, 1.0)
+    if scene.masked_count == 0:
+        return tint
+    segment = segment_between(p, p_normal, q, q_normal)
+    start = float(0.0)
+    for _layer in range(MAX_ALPHA_LAYERS):
+        layer = layer_after(scene, segment.origin, segment.direction, start, segment.length, False)
+        if layer.face == NO_HIT:
+            return tint
+        if is_part_glass(scene, layer.face):
+            passes = part_at(scene, layer, segment.direction).passes
+            tint = wp.cw_mul(tint, passes * (3.0 / wp.max(passes[0] + passes[1] + passes[2], 1.0e-6)))
+        start = layer.t + OFFSET_ULP
+    return tint
 
 
 @wp.func
 def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> TintedHit:
-    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; with
-    `scene.through_sheets` rays cross panes, dimmed by what these reflect.
-    """
-    met = meet_panes(scene, origin, direction, cull_backs)
-    if scene.part_glass:
-        met.tint = wp.cw_mul(met.tint, crossed_tint(scene, origin, direction, met.hit.t, cull_backs))
-    return met
-
-
-@wp.func
-def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool, met: TintedHit) -> TintedHit:
-    """The first sheet that a ray crossed before what it `met`, if there is one; the tint is what that reflects."""
+    """The first surface along a ray, see `first_surface`, or body of glass."""
+    met = TintedHit()
+    met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
     if scene.pane_count > 0:
         pane = first_hit(scene.panes, origin, direction, met.hit.t, cull_backs)
         if pane.face != NO_HIT:
-            pane.face += scene.opaque_count
-            surface = surface_at(scene, pane, direction)
-            if surface.thin:
-                share = surface.glass - crossing_share(surface, direction)
-                met.hit = pane
-                met.tint = wp.vec3(share, share, share)
+            met.hit = pane
+            met.hit.face += scene.opaque_count
+    met.tint = crossed_tint(scene, origin, direction, met.hit.t, cull_backs)
     return met
 
 
@@ -183,10 +146,7 @@ def met_of(scene: SceneData, face: int, direction: wp.vec3, surface: Surface) ->
     """What rays along unit `direction` meet of a `surface` of triangle `face`: of a sheet that is crossed by chance,
     what it is to those that do not cross it.
     """
-    crossed = is_pane(scene, face)
-    if scene.part_glass:
-        crossed = crossed or is_part_glass(scene, face)
-    if crossed:
+    if scene.part_glass and is_part_glass(scene, face):
         return uncrossed(surface, direction)
     return surface
 

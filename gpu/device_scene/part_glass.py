@@ -1,8 +1,8 @@
-"""Part glass: sheets that are clear glass in part, as factors, textures or metal say, or that alpha tells the share of.
+"""Part glass: sheets of clear glass, whole or in part, as factors, textures or metal say, or alpha tells the share of.
 
-Light crosses the glass straight, dimmed and tinted as through a pane (gpu.device_scene.panes); the rest of the sheet is
-met as BLEND is (gpu.device_scene.sides): rays cross at random, by the share of light that does, and what is left of the
-glass only reflects to those that do not.
+Light crosses the glass straight, dimmed and tinted; the rest of the sheet, if only what reflects, is met as BLEND is
+(gpu.device_scene.sides): rays cross at random, by the share of light that does, and what is left of the glass only
+reflects to those that do not.
 """
 
 import warp as wp
@@ -11,15 +11,20 @@ from gpu.device_scene.data import HALF, WHOLE, Hit, SceneData
 from gpu.device_scene.glass import glass_fresnel
 from gpu.device_scene.sides import LEAST_SHARE, has_alpha, is_solid, layer_sample, solid_share
 from gpu.device_scene.surface import Surface, surface_at
+from gpu.sampling.warps import orthonormal
+
+# Between normal and light that a sheet of glass reflects as it does the mean of what comes evenly from all around.
+SHEET_COSINE = wp.constant(0.51)
 
 
 @wp.struct
 class Part:
-    """What a ray finds of a surface that may be there in part: the share that it meets, `there`, and what `passes` of
-    light, tinted.
+    """What a ray finds of a surface that may be there in part: the share that it meets, `there`, what of that is no
+    mirror, `matt`, and what `passes` of light, tinted.
     """
 
     there: float
+    matt: float
     passes: wp.vec3
 
 
@@ -51,13 +56,21 @@ def part_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Part:
     """What a ray along unit `direction` finds where it hit a triangle."""
     part = Part()
     part.there = solid_share(scene, hit.face, hit.u, hit.v)
+    part.matt = part.there
     part.passes = wp.vec3(1.0, 1.0, 1.0) * (1.0 - part.there)
     if scene.part_glass and is_part_glass(scene, hit.face):
         surface = surface_at(scene, hit, direction)
         crosses = crossing_share(surface, direction)
         part.passes += surface.albedo * (part.there * crosses)
+        part.matt *= 1.0 - surface.glass
         part.there *= 1.0 - crosses
     return part
+
+
+@wp.func
+def mean_direction(normal: wp.vec3) -> wp.vec3:
+    """A unit direction into the surface of `normal` along which glass reflects as much as of even light."""
+    return orthonormal(normal) * wp.vec3(wp.sqrt(1.0 - SHEET_COSINE * SHEET_COSINE), 0.0, -SHEET_COSINE)
 
 
 @wp.func

@@ -348,7 +348,7 @@ class DeviceScene:
         data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         data.blended, data.sheer = data.blended and not lambertian, data.sheer and not lambertian
         data.translucent = data.translucent and not lambertian
-        data.part_glass = data.part_glass and not lambertian
+        data.part_glass = (data.part_glass or self.general) and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = ((data.masked_count > 0 or self.general) and not lambertian) or assume_alpha

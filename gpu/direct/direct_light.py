@@ -26,7 +26,7 @@ from gpu.device_scene.bsdf import (
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.offsets import offset_origin
-from gpu.device_scene.panes import crossed_tint, transmittance, transmitted
+from gpu.device_scene.panes import crossed_tint, stops_at_pane, transmittance
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
@@ -146,9 +146,9 @@ def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, vi
     origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
     hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
     found = light_at_hit(scene, table, table.sampled, origin, lobe.direction, hit)
-    light = wp.cw_mul(found.radiance, transmitted(scene, origin, lobe.direction, hit.t))
-    if scene.part_glass:
-        light = wp.cw_mul(light, crossed_tint(scene, origin, lobe.direction, hit.t, False))
+    if stops_at_pane(scene, origin, lobe.direction, hit.t):
+        return wp.vec3(0.0, 0.0, 0.0)
+    light = wp.cw_mul(found.radiance, crossed_tint(scene, origin, lobe.direction, hit.t, False))
     return wp.cw_mul(reflected(surface, view, lobe.direction), light) / (lobe.density + found.density)
 
 

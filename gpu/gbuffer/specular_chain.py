@@ -17,7 +17,7 @@ from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe,
 from gpu.device_scene.data import HALF, NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.offsets import OFFSET_ULP, offset_origin
-from gpu.device_scene.panes import TintedHit, meet, meet_sheet, met_surface
+from gpu.device_scene.panes import TintedHit, meet, met_surface
 from gpu.device_scene.part_glass import part_at
 from gpu.device_scene.rays import seen_hit
 from gpu.device_scene.scattering import choose_part, coat_share, is_perfect, part_of, sample_scattering
@@ -264,10 +264,6 @@ def meet_in_branch(scene: SceneData, origin: wp.vec3, direction: wp.vec3, culls:
         veiled = past.veiled
     if veiled:
         found.splits = False
-    elif other and splits:
-        found.met = meet_sheet(scene, origin, direction, culls, found.met)
-    elif largest(wp.vec3(1.0, 1.0, 1.0) - found.met.tint) > 0.0:
-        found.splits = False  # at a sheet, which was crossed
     return found
 
 
@@ -293,7 +289,6 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     splits = samples.splits and samples.frame_index[0] < 0
     shows = bool(True)
     scene.coverage = HALF
-    scene.through_sheets = samples.frame_index[0] < 0
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.frame_index[0] >= 0:
             seed = int(hashed(wp.uint32(samples.seed))) ^ samples.frame_index[0]

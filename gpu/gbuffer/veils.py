@@ -39,11 +39,11 @@ def past_veil(scene: SceneData, origin: wp.vec3, direction: wp.vec3, met: Tinted
         if pane.face != NO_HIT:
             veil.face = NO_HIT
     if veil.face != NO_HIT:
-        share = part_at(scene, veil, direction).there
-        shown.veiled = share < 0.5  # else it is what the ray met, after all, by rounding
+        part = part_at(scene, veil, direction)
+        shown.veiled = part.there < 0.5  # else it is what the ray met, after all, by rounding
         if shown.veiled and (met.hit.face == NO_HIT) != other:
             shown.met.hit = veil
-            shown.met.tint = wp.vec3(share, share, share)
+            shown.met.tint = wp.vec3(part.there, part.there, part.there)
         elif shown.veiled:
-            shown.met.tint = met.tint * (1.0 - share)
+            shown.met.tint = met.tint * (1.0 - part.matt)
     return shown

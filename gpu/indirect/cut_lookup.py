@@ -12,7 +12,7 @@ from gpu.clustering.grid import separation
 from gpu.core.device import launch
 from gpu.core.intrinsics import lanes_of
 from gpu.core.parameters import parameters
-from gpu.device_scene.data import SceneData
+from gpu.device_scene.data import WHOLE, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.indirect.illumination import IrradianceEstimate
@@ -64,6 +64,7 @@ def cut_disk_kernel(features: SceneFeatures) -> wp.Kernel:
         """`lanes` threads a node of the cut: how far it reaches."""
         index = first + wp.tid()
         scene = specialise(scene)
+        scene.coverage = WHOLE
         entry = index // lanes
         lane = index % lanes
         if entry >= cut.count[0]:

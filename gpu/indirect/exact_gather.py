@@ -7,6 +7,7 @@ from gpu.core.device import launch
 from gpu.core.kahan import Sum, kahan_add
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.panes import tint_between
 from gpu.device_scene.rays import connection
 from gpu.device_scene.specialisation import made_for, part_glass_of, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
@@ -54,6 +55,9 @@ def exact_gather_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Ker
             light = unoccluded_irradiance(position, normal, vpls, vpl)
             disk = disk_at(vpls.disks, vpl)
             if brightness(light) > 0.0 and connect(scene, position, geometric_normal, disk.position, disk.normal):
+                if wp.static(features.part_glass):
+                    tint = tint_between(scene, position, geometric_normal, disk.position, disk.normal)
+                    light = wp.cw_mul(light, tint)
                 if lobes.count > 0:
                     to_light = wp.normalize(disk.position - position)
                     light = wp.cw_mul(light, by_lobe(lobes, vpls.members, vpl, -to_light))

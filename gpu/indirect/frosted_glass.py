@@ -53,7 +53,6 @@ def beyond_face(scene: SceneData, ray: LobeRay, side: int, x: float, y: float) -
     (x, y) is the sample of the facet. `ray` itself (0), or none (1), where it meets something else.
     """
     scene.coverage = lobe_coverage(ray, 0)  # what `light_along` meets, too
-    scene.through_sheets = True
     met = meet(scene, offset_origin(ray.position, ray.normal, ray.direction), ray.direction, False)
     face = Surface()
     if met.hit.face != NO_HIT:

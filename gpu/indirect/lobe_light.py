@@ -186,7 +186,6 @@ def light_seen(lookup: wp.Function, data: Any) -> wp.Function:
 
     @wp.func
     def seen_light(scene: SceneData, known: KnownLight, lit: data, ray: LobeRay) -> SeenLight:
-        scene.through_sheets = True
         seen = SeenLight()
         seen.distance = 1.0
         throughput = wp.vec3(1.0, 1.0, 1.0)

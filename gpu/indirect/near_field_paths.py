@@ -13,7 +13,7 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.offsets import lifted
-from gpu.device_scene.panes import crossed_tint, transmittance, transmitted
+from gpu.device_scene.panes import crossed_tint, stops_at_pane, transmittance
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
@@ -106,8 +106,8 @@ def near_field_path_kernel(features: SceneFeatures, blocked: wp.Function) -> wp.
         tint = wp.vec3(1.0, 1.0, 1.0)
         if scene.part_glass:
             tint = crossed_tint(scene, origin, direction, hit.t, False)
-        if largest(met.radiance) > 0.0 and density > 0.0:
-            emitted = wp.cw_mul(met.radiance, transmitted(scene, origin, direction, hit.t))
+        if largest(met.radiance) > 0.0 and density > 0.0 and not stops_at_pane(scene, origin, direction, hit.t):
+            emitted = met.radiance
             if scene.part_glass:
                 emitted = wp.cw_mul(emitted, tint)
             total += wp.cw_mul(surface.spread, emitted) * (PI * share * density / (density + met.density))

@@ -21,7 +21,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, matt_side, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.offsets import offset_origin
-from gpu.device_scene.panes import crossed_tint, transmittance
+from gpu.device_scene.panes import crossed_tint, stops_at_pane, transmittance
 from gpu.device_scene.part_glass import met_at
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
@@ -93,7 +93,7 @@ def emitted_irradiance(scene: SceneData, table: LightTable, surface: Surface, nu
     return wp.cw_mul(sample.irradiance, reached) * (cosine * share)
 
 
-@made_for(*LOOK, "environment")
+@made_for(*LOOK, "environment", "panes")
 def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
     """The kernel for scenes of these `features`; lookup, data: as of gpu.indirect.illumination.Illumination."""
     specialise, guided = specialisation(features), guided_ray(lookup, data)
@@ -144,7 +144,8 @@ def onward_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp
             if vertex >= part.begin:
                 met = light_at_hit(scene, part.table, part.table.all_emitters, origin, direction, hit)
                 density = wp.dot(direction, normal) / PI
-                light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
+                if largest(met.radiance) > 0.0 and not stops_at_pane(scene, origin, direction, hit.t):
+                    light += wp.cw_mul(spread, met.radiance) * (PI * density / wp.max(density + met.density, 1.0e-20))
             if vertex + 1 == vertices:
                 break
             if vertex >= part.begin and any_bright(part.bright) > 0:

@@ -1,6 +1,8 @@
 """What glass and veils show besides the branch that the G-buffer follows: both are seen at the first of a pixel's way
-(the 2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs know.
+(the 2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs or photons know.
 """
+
+from typing import Any
 
 import warp as wp
 
@@ -14,13 +16,14 @@ from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
-from gpu.indirect.lobe_light import KnownLight
-from gpu.vpl.radiosity_mean import mean_irradiance
+from gpu.indirect.illumination import Illumination
+from gpu.indirect.lobe_light import KnownLight, irradiance_by_vpls
+from gpu.vpl.radiosity_cache import RadiosityCache
 
 
 @made_for(*LOOK, "one_sided", "blend", "sheer", "glass", "panes", "backdrop", "environment")
-def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
-    """The kernel for scenes of these `features`."""
+def other_branch_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
+    """The kernel for scenes of these `features`; lookup, data: as of gpu.indirect.illumination.Illumination."""
     specialise = specialisation(features)
 
     @wp.kernel(module="unique")
@@ -32,6 +35,7 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
         samples: ChainSamples,
         gbuffer: GBuffer,
         known: KnownLight,
+        lit: data,
         found: wp.array[wp.vec3],
     ) -> None:
         """One thread a pixel: what the other branch shows, `found` (pixel,). cameras: one element."""
@@ -49,7 +53,7 @@ def other_branch_kernel(features: SceneFeatures) -> wp.Kernel:
             light = end.emitted
         if end.face != NO_HIT and known.indirect:
             surface = end.surface
-            arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
+            arriving = lookup(lit, surface.position, surface.geometric_normal).irradiance
             reflected = wp.cw_mul(even_reflectance(surface, end.to_viewer), arriving) / PI
             light += wp.cw_mul(end.throughput, reflected)
         found[pixel] = light
@@ -74,14 +78,24 @@ class OtherBranch:
         self._size = size
         self._light = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
 
-    def find(self, scene: SceneData, camera: wp.array, samples: ChainSamples, gbuffer: GBuffer, known: KnownLight,
-             features: SceneFeatures) -> None:  # fmt: skip
+    def find(
+        self,
+        scene: SceneData,
+        camera: wp.array,
+        samples: ChainSamples,
+        gbuffer: GBuffer,
+        known: KnownLight,
+        features: SceneFeatures,
+        photons: Illumination | None = None,
+    ) -> None:
         """Find what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
 
-        camera: (1,) CameraData.
+        camera: (1,) CameraData; photons: which tell of indirect light in place of the VPLs that `known` has.
         """
-        inputs = [scene, camera, image_size(self._size), samples, gbuffer, known, self._light]
-        launch(other_branch_kernel(features), len(self._light), inputs, self._light.device)
+        lit = photons.lit if photons else known.lit
+        which = (photons.lookup, photons.data) if photons else (irradiance_by_vpls, RadiosityCache)
+        inputs = [scene, camera, image_size(self._size), samples, gbuffer, known, lit, self._light]
+        launch(other_branch_kernel(features, *which), len(self._light), inputs, self._light.device)
 
     def add(self, radiance: wp.array) -> None:
         """Add it to `radiance` (pixel,)."""

@@ -18,7 +18,7 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.even_light import even_matt, even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.panes import is_pane, met_of, transmittance
+from gpu.device_scene.panes import met_of, transmittance
 from gpu.device_scene.part_glass import crossing_share, is_part_glass
 from gpu.device_scene.scattering import PartChoice, choose_part, focus_of, is_perfect, part_of
 from gpu.device_scene.sides import is_solid, ray_coverage, triangle_normal
@@ -105,10 +105,7 @@ def caustic_start(scene: SceneData, table: LightTable, casters: CausticCasters, 
     to_light = start.light.direction
     share = float(1.0)
     surface = surface_at(scene, hit, -to_light)
-    crossed = is_pane(scene, hit.face)
-    if scene.part_glass:
-        crossed = crossed or is_part_glass(scene, hit.face)
-    if crossed:
+    if scene.part_glass and is_part_glass(scene, hit.face):
         share -= crossing_share(surface, -to_light)
     scene.coverage = wp.uint32(1)  # sheets are crossed by chance, in which light is none of a caustic
     start.surface = met_of(scene, hit.face, -to_light, surface)

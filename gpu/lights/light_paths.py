@@ -203,7 +203,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             whole = even_reflectance(surface, to_light)
             reflectance = whole
             arrives = flight.flux
-            if scene.part_glass and bounce == begin:
+            if scene.part_glass and surface.crossed and bounce == begin:
                 surface.glass = 0.0  # as `unscattered` has chosen
                 reflectance = even_reflectance(surface, to_light)
                 arrives = wp.cw_div(wp.cw_mul(flight.flux, reflectance), wp.max(whole, LEAST_REFLECTED))

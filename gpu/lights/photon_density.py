@@ -15,10 +15,12 @@ from gpu.core.device import RAY_REGISTERS, allocate, launch
 from gpu.core.intrinsics import float_least, float_sum, lanes_of, vector_sum
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES, find_sample_mean
-from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, Hit, SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.offsets import lifted
+from gpu.device_scene.part_glass import mean_direction, part_at
 from gpu.device_scene.rays import closest_hit, unblocked
-from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.sides import LEAST_SHARE, triangle_normal
 from gpu.device_scene.specialisation import made_for, masks_of, specialisation
 from gpu.lights.photon_tree import PhotonTree, photon_search
 from gpu.sampling.sobol import TO_UNIT, hashed
@@ -28,6 +30,8 @@ from gpu.sampling.warps import orthonormal
 NEIGHBOURS = 32
 # Places of a disk where its surface is looked for: on a spiral, for small things closer to the middle.
 PLACES = wp.constant(16)
+# A photon's own surface is looked for no farther below it, in unit space.
+BELOW = wp.constant(1.0e-4)
 
 neighbours = photon_search(NEIGHBOURS)
 
@@ -198,6 +202,16 @@ def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec
     return disk
 
 
+@wp.func
+def share_there(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> float:
+    """The share of a surface that photons meet, where one is with this `normal`."""
+    scene.coverage = WHOLE
+    hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
+    if hit.face == NO_HIT:
+        return 1.0
+    return wp.max(part_at(scene, hit, mean_direction(normal)).there, LEAST_SHARE)
+
+
 @made_for("masks", "alpha", "cutouts", "part_glass")
 def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
@@ -206,7 +220,9 @@ def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=RAY_REGISTERS)
     def covered_density_kernel(first: int, lanes: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
                                sites: PhotonSites) -> None:  # fmt: skip
-        """`lanes` threads a site: its irradiance becomes that of the part of its disk that is surface."""
+        """`lanes` threads a site: its irradiance becomes that of the part of its disk that is surface, and of that the
+        share that is there.
+        """
         index = first + wp.tid()
         site = index // lanes
         lane = index % lanes
@@ -215,9 +231,13 @@ def covered_density_kernel(features: SceneFeatures) -> wp.Kernel:
         position = tree.photons.position[sites.photon[site]]
         normal = tree.photons.normal[sites.photon[site]]
         places = disk_places(site, tree.leaves)
-        disk = covered_disk(specialise(scene), sites.alike, position, normal, sites.radius[site], places, lane, lanes)
+        scene = specialise(scene)
+        scene.coverage = WHOLE
+        disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], places, lane, lanes)
         if lane == 0:
             share = wp.max(disk.share, chosen.least_covered)
+            if scene.blended:
+                share *= share_there(scene, position, normal)
             sites.irradiance[site] = sites.irradiance[site] / share
             sites.earlier[site] = sites.earlier[site] / share
             sites.free[site] = wp.where(disk.share < chosen.least_covered, 0.0, disk.free)

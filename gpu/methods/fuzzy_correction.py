@@ -88,13 +88,15 @@ class FuzzyCorrection:
             self._rays, self.clustered_irradiance = shared._rays, shared.clustered_irradiance
         else:
             DEVICE_SHARING.pause()
-            self._rays = Correction(frame.pixels, device, passes)
+            self._rays = Correction(frame.pixels, device, passes, tinted=frame.features.part_glass)
             DEVICE_SHARING.pause()
             self.clustered_irradiance = wp.zeros(frame.pixels, dtype=wp.vec3, device=device)
         suspects, worst = (int(sp_clusters * share) for share in (quality.suspected, quality.refined))
         self.suspected = OutlierPoints(frame.pixels, suspects, device)
         self.refined = OutlierPoints(self.suspected.capacity, worst, device)
-        self.bright = BrightPoints(frame.size, int(quality.bright * sp_clusters), device)
+        self.bright = BrightPoints(
+            frame.size, int(quality.bright * sp_clusters), device, tinted=frame.features.part_glass
+        )
         self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
 
     def use(self, sp_clusters: int, passes: float) -> None:

@@ -8,6 +8,7 @@ from weakref import WeakSet
 
 from gpu.core.stages import Stages
 from gpu.gbuffer.sparse_shading import stride_of
+from gpu.indirect.irradiance import CHECKS
 from gpu.methods.caustics import caustics_of
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
@@ -49,6 +50,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
     gloss_pixel_bytes, gloss_view_pixel_bytes, branches_pixel_bytes = 57, 16, 12
+    tint_pixel_bytes = 12 * CHECKS
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -59,8 +59,9 @@ class RenderMethod(ABC, Generic[View]):
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
     the latter where the scene has soft light; lamps_pixel_bytes, specular_pixel_bytes, gloss_pixel_bytes,
-    gloss_view_pixel_bytes, branches_pixel_bytes, caustic_pixel_bytes: more where it has several lamps, chains, gloss
-    and frosted glass, what chains may branch at, or caustics; caustic_photon_bytes: of each light path of these.
+    gloss_view_pixel_bytes, branches_pixel_bytes, caustic_pixel_bytes, tint_pixel_bytes: more where it has several
+    lamps, chains, gloss and frosted glass, what chains may branch at, caustics, or part glass; caustic_photon_bytes: of
+    each light path of caustics.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
@@ -73,6 +74,7 @@ class RenderMethod(ABC, Generic[View]):
     gloss_view_pixel_bytes: ClassVar[int] = 0
     branches_pixel_bytes: ClassVar[int] = 0
     caustic_pixel_bytes: ClassVar[int] = 16
+    tint_pixel_bytes: ClassVar[int] = 0
     caustic_photon_bytes: ClassVar[int] = 420
 
     @abstractmethod
@@ -86,6 +88,7 @@ class RenderMethod(ABC, Generic[View]):
         shared = cls.pixel_bytes + cls.specular_pixel_bytes * chains + cls.gloss_pixel_bytes * has.lobes
         shared += cls.lamps_pixel_bytes * has.lamps + cls.caustic_pixel_bytes * has.caustics
         shared += cls.branches_pixel_bytes * has.see_through + 16 * has.sheen + 12 * (has.grain + has.translucent)
+        shared += cls.tint_pixel_bytes * has.part_glass
         view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.lobes
         return shared, cls.view_pixel_bytes + view
 

@@ -61,12 +61,13 @@ class Passes:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._settings = setup.settings
-        splits = frame.traces_lobes and frame.features.see_through
+        by_photons = self._settings.method is Method.PHOTON_GATHER
+        shows_both = traces_lobes(self._settings) if by_photons else frame.traces_lobes
+        splits = shows_both and frame.features.see_through
         self._other_branch = OtherBranch(frame.size, frame.device) if splits else None
         # Lobes that a chain goes on in bring direct light, too.
         whole = self._settings.component is Component.FULL
-        by_photons = self._settings.method is Method.PHOTON_GATHER and frame.features.lobes
-        self._draws_lobes = whole and (frame.gloss is not None or by_photons)
+        self._draws_lobes = whole and (frame.gloss is not None or (by_photons and frame.features.lobes))
         frame.chain_samples.splits, frame.chain_samples.seed = splits, self._settings.seed
         # Shadow maps know light's first bounce alone.
         bounces = 1 if self._settings.method is Method.RSM_DISKS else setup.bounces
@@ -226,6 +227,18 @@ class Passes:
             which = direct_samples(count, frame.frame_index, self._settings.seed)
             seen = frame.scene, frame.size, frame.gbuffer
             add_clear_coat(*seen, known, which, view.radiance, frame.features, photons)
+
+    def add_branches(self, view: ViewState, kind: FrameKind, photons: Illumination | None, stages: Stages) -> None:
+        """Have in the picture what glass and veils show besides, if there are any, by `photons`, if there are these."""
+        frame, other = self._frame, self._other_branch
+
+        def add(other: OtherBranch) -> None:
+            seen = frame.scene, view.camera, frame.chain_samples, frame.gbuffer
+            other.find(*seen, self._known(None, photons=photons is not None), frame.features, photons)
+            other.add(view.radiance)
+
+        if other and not kind.refines:
+            stages.run("branches", partial(add, other), repeats=kind.captured)
 
     def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
                      near: bool) -> None:  # fmt: skip

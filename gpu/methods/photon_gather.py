@@ -49,9 +49,10 @@ class PhotonGather(RenderMethod[GatherViewState]):
         "caustics",
         "interpolate",
         "gloss",
+        "branches",
     )
     pixel_bytes, view_pixel_bytes = 508, 12
-    gloss_pixel_bytes = 12
+    gloss_pixel_bytes = branches_pixel_bytes = 12
 
     def __init__(self, setup: RenderSetup) -> None:
         settings, counts = setup.settings, setup.sample_counts
@@ -141,6 +142,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
             passes.end_indirect(view, points, kind, stages, near=False)
         if self._receivers is not None:
             stages.run("gloss", partial(self._add_gloss, view, kind, self._receivers), branch=kind.refines)
+        passes.add_branches(view, kind, self._light if self._has_indirect else None, stages)
 
     def _add_gloss(self, view: GatherViewState, kind: FrameKind, receivers: GlossyReceivers) -> None:
         if self._has_indirect and not self._frame.chain_samples.lobes:

@@ -53,7 +53,7 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
     pixel_bytes, view_pixel_bytes = FuzzyVpl.pixel_bytes, FuzzyVpl.view_pixel_bytes
     soft_view_pixel_bytes = FuzzyVpl.soft_view_pixel_bytes
     gloss_pixel_bytes, gloss_view_pixel_bytes = FuzzyVpl.gloss_pixel_bytes, FuzzyVpl.gloss_view_pixel_bytes
-    branches_pixel_bytes = FuzzyVpl.branches_pixel_bytes
+    branches_pixel_bytes, tint_pixel_bytes = FuzzyVpl.branches_pixel_bytes, FuzzyVpl.tint_pixel_bytes
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -181,16 +181,19 @@ class Material:
 
     @property
     def is_part_glass(self) -> bool:
-        """Whether its surfaces are sheets of clear glass in part, which light crosses straight by a share."""
-        share = self.transmission * (1.0 - self.metallic)
-        whole = share == 1.0 and self.transmission_slot is None and self.alpha_mode is AlphaMode.OPAQUE
-        clear = share > 0.0 and self.roughness <= CLEAR_ROUGHNESS and self.thickness == 0.0
-        return clear and not (whole or self.unlit or self.backdrop)
+        """Whether its surfaces are sheets of clear glass, in part or whole, which light crosses straight by a share."""
+        clear = self.glass_share > 0.0 and self.roughness <= CLEAR_ROUGHNESS and self.thickness == 0.0
+        return clear and not (self.unlit or self.backdrop)
+
+    @property
+    def glass_share(self) -> float:
+        """The share of its surfaces that is glass, where no texture or alpha leaves less."""
+        return self.transmission * (1.0 - self.metallic)
 
     @property
     def is_clear(self) -> bool:
         """Whether its surfaces are of clear glass, mostly, which light can cross straight."""
-        clear = self.transmission * (1.0 - self.metallic) >= 0.5 and self.roughness <= CLEAR_ROUGHNESS
+        clear = self.glass_share >= 0.5 and self.roughness <= CLEAR_ROUGHNESS
         return clear and self.alpha_mode is AlphaMode.OPAQUE and not self.unlit
 
 

@@ -27,7 +27,7 @@ def light_reach(device_scene: DeviceScene, table: LightTable) -> Doubles | None:
     if table.sky_count == 0 or table.count < 2 or not device_scene.scene.cameras:
         return None
     power, kinds, device = probabilities(table.all_emitters), kinds_of(table), device_scene.device
-    scene = device_scene.data
+    scene = device_scene.view(lambertian=False)
     vertices = walk_from_cameras(device_scene, scene, IMPORTANCE_PARAMETERS.walks, IMPORTANCE_PARAMETERS.length)
     reach = np.full(3, -1.0)
     for kind in np.unique(kinds):

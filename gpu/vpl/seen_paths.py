@@ -201,7 +201,7 @@ def walked(device_scene: DeviceScene) -> wp.array:
     """Where walks from the cameras of `device_scene` come, (walk, vertex) of WalkVertex; empty without a camera."""
     if not device_scene.scene.cameras:
         return wp.zeros((0, LENGTH), dtype=WalkVertex, device=device_scene.device)
-    return walk_from_cameras(device_scene, device_scene.data, WALKS, LENGTH)
+    return walk_from_cameras(device_scene, device_scene.view(lambertian=False), WALKS, LENGTH)
 
 
 class SeenPilot:

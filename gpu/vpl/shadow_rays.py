@@ -5,6 +5,7 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.panes import tint_between
 from gpu.device_scene.rays import connection
 from gpu.device_scene.specialisation import cutouts_of, made_for, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
@@ -20,29 +21,33 @@ class ShadowRays:
 
     vpl: the VPL that a ray goes to, NO_RAY for none; once traced, `blocked` of it where something stands in between.
     share: the light that it stands for, as the stage that draws it needs it. cluster_visibility: the share of the
-    point's SP clusters that see the VPL's cluster; empty where no stage asks.
+    point's SP clusters that see the VPL's cluster; empty where no stage asks. tint: of light that arrives, once traced;
+    empty in scenes without part glass.
     """
 
     vpl: wp.array[int]
     share: wp.array[float]
     cluster_visibility: wp.array[float]
+    tint: wp.array[wp.vec3]
     per_point: int
     place_stride: int
     ray_stride: int
 
 
-def shadow_rays(places: int, per_point: int, device: wp.Device, *, side_by_side: bool,
-                control_variate: bool) -> ShadowRays:  # fmt: skip
+def shadow_rays(places: int, per_point: int, device: wp.Device, *, side_by_side: bool, control_variate: bool,
+                tinted: bool = False) -> ShadowRays:  # fmt: skip
     """`per_point` rays for each of so many places.
 
     side_by_side: whether neighbouring threads trace the rays of one point, else rays of one number of neighbouring
-    points; control_variate: whether they have a `cluster_visibility`.
+    points; control_variate: whether they have a `cluster_visibility`; tinted: whether in a scene with part glass.
     """
     rays = ShadowRays()
     rays.vpl = wp.full(places * per_point, int(NO_RAY), dtype=int, device=device)
     rays.share = wp.zeros(places * per_point, dtype=float, device=device)
     if control_variate:
         rays.cluster_visibility = wp.zeros(places * per_point, dtype=float, device=device)
+    if tinted:
+        rays.tint = wp.zeros(places * per_point, dtype=wp.vec3, device=device)
     rays.per_point = per_point
     rays.place_stride, rays.ray_stride = (per_point, 1) if side_by_side else (1, places)
     return rays
@@ -85,6 +90,14 @@ def arrival(vpl: int) -> float:
     return wp.where(vpl >= 0, 1.0, 0.0)
 
 
+@wp.func
+def colouring(rays: ShadowRays, index: int) -> wp.vec3:
+    """How much more than white light a traced ray brings of each colour."""
+    if rays.tint.shape[0] == 0 or rays.vpl[index] < 0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    return rays.tint[index] - wp.vec3(1.0, 1.0, 1.0)
+
+
 @made_for("cutouts", "part_glass")
 def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
@@ -94,7 +107,7 @@ def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kerne
     def shadow_ray_kernel(
         first: int, scene: SceneData, gbuffer: GBuffer, points: PointList, vpls: VplClusters, rays: ShadowRays
     ) -> None:
-        """One thread a ray: marks its VPL as blocked unless the ray arrives."""
+        """One thread a ray: marks its VPL as blocked unless the ray arrives, and tells its tint if it does."""
         if wp.static(features.part_glass or not features.cutouts):
             scene = specialise(scene)
         thread = first + wp.tid()
@@ -110,6 +123,11 @@ def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kerne
         normal = vpls.members.normal[vpl]
         if not connect(scene, gbuffer.position[pixel], gbuffer.geometric_normal[pixel], position, normal):
             rays.vpl[index] = blocked(vpl)
+            return
+        if wp.static(features.part_glass):
+            tint = tint_between(scene, gbuffer.position[pixel], gbuffer.geometric_normal[pixel], position, normal)
+            if rays.tint.shape[0] > 0:
+                rays.tint[index] = tint
 
     return shadow_ray_kernel
 

@@ -79,8 +79,9 @@ def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParame
     lights, side = scene.lights[: chosen.most_lights], SUN_MAP_PARAMETERS.side
     if not (scene.cameras and any(light.kind is LightKind.DIRECTIONAL for light in lights)):
         return no_sun_maps(device)
-    vertices = walk_from_cameras(device_scene, device_scene.data, chosen.walks, chosen.length)
+    data = device_scene.view(lambertian=False)
+    vertices = walk_from_cameras(device_scene, data, chosen.walks, chosen.length)
     seen = wp.zeros((len(lights), side * side), dtype=int, device=device)
-    inputs = [device_scene.data, table, vertices, side, seen]
-    launch_together(sunlit_vertex_kernel(part_glass_of(device_scene.data)), vertices.size, inputs, device)
+    inputs = [data, table, vertices, side, seen]
+    launch_together(sunlit_vertex_kernel(part_glass_of(data)), vertices.size, inputs, device)
     return sun_maps(seen.numpy().reshape(len(lights), side, side), device)

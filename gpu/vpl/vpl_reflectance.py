@@ -8,16 +8,13 @@ from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
 from gpu.device_scene.even_light import even_reflectance, even_through, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.offsets import lifted
-from gpu.device_scene.part_glass import is_part_glass, met_at, part_at
+from gpu.device_scene.part_glass import is_part_glass, mean_direction, met_at, part_at
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.sides import LEAST_SHARE
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
-from gpu.sampling.warps import orthonormal
 
 # A VPL's own surface is looked for no farther below it, in unit space.
 BELOW = wp.constant(1.0e-4)
-# Between normal and light that a sheet of glass reflects as it does the mean of what comes evenly from all around.
-SHEET_COSINE = wp.constant(0.51)
 
 
 @wp.struct
@@ -30,12 +27,6 @@ class VplReflectance:
     spread: wp.vec3
     through: wp.vec3
     share: float
-
-
-@wp.func
-def mean_direction(normal: wp.vec3) -> wp.vec3:
-    """A unit direction into the surface along which glass reflects as much as of even light."""
-    return orthonormal(normal) * wp.vec3(wp.sqrt(1.0 - SHEET_COSINE * SHEET_COSINE), 0.0, -SHEET_COSINE)
 
 
 @wp.func

@@ -14,7 +14,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
         Material(emission=(3.0, 2.0, 1.0), double_sided=False),
         Material(unlit=True, backdrop=True),
-        Material(transmission=1.0, roughness=0.0),
+        Material(transmission=1.0, roughness=0.0, thickness=1.0),
         Material(transmission=0.5, roughness=0.0),
         Material(transmission=1.0, roughness=0.3),
         Material(clearcoat=0.5),
@@ -66,10 +66,10 @@ def test_coats_are_gloss_over_anything() -> None:
     assert coated.gloss
 
 
-@pytest.mark.parametrize("change", [{"roughness": 0.2}, {"metallic": 0.4}, {"unlit": True}, {"transmission": 0.6}])
-def test_only_whole_sheets_of_clear_glass_and_bodies_are_panes(change: dict[str, float]) -> None:
-    pane, body = Material(transmission=1.0, roughness=0.1), Material(transmission=0.6, roughness=0.1, thickness=1.0)
-    for material, is_pane in ((pane, True), (body, True), (replace(pane, **change), False)):
+@pytest.mark.parametrize("change", [{"roughness": 0.2}, {"metallic": 0.4}, {"unlit": True}, {"thickness": 0.0}])
+def test_only_bodies_of_clear_glass_are_panes(change: dict[str, float]) -> None:
+    body = Material(transmission=0.6, roughness=0.1, thickness=1.0)
+    for material, is_pane in ((body, True), (replace(body, **change), False)):
         features = scene_features(scene_of(box(), [material]), lambertian=False)
         assert (features.glass, features.panes) == (True, is_pane)
 
@@ -137,7 +137,7 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
 
 def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    rare = dict.fromkeys(("frosted", "coats", "sheen", "films", "grain", "translucent", "part_glass"), False)
+    rare = dict.fromkeys(("frosted", "coats", "sheen", "films", "grain", "translucent"), False)
     assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING
 

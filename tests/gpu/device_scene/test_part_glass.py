@@ -1,4 +1,4 @@
-"""Sheets that are clear glass in part: what passes them, in closed form, how often rays cross, and what these meet."""
+"""Sheets of clear glass, whole or in part: what passes, in closed form, how often rays cross, and what these meet."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from scenes import grey, quad, resident_of, results
 
 from gpu.device_scene.data import HALF, NO_HIT, WHOLE, SceneData
 from gpu.device_scene.even_light import even_reflectance, spread_reflectance
-from gpu.device_scene.panes import crossed_tint, meet, met_surface, transmittance
+from gpu.device_scene.panes import crossed_tint, meet, met_surface, tint_between, transmittance
 from gpu.device_scene.part_glass import met_at
 from gpu.device_scene.rays import closest_hit, connected
 from gpu.device_scene.upload import DeviceScene
@@ -26,6 +26,7 @@ HALF_TEXTURE = Texture("half", np.full((1, 1, 4), 128, np.uint8), srgb=False)
 # Sheets, and how much of each is there and is glass.
 SHEETS = {
     "factor": (GLASS, 1.0, 0.4),
+    "whole": (replace(GLASS, transmission=1.0), 1.0, 1.0),
     "mostly": (replace(GLASS, transmission=0.8), 1.0, 0.8),
     "metal": (replace(GLASS, transmission=1.0, metallic=0.3), 1.0, 0.7),
     "texture": (replace(GLASS, transmission=1.0, transmission_slot=TextureSlot(0)), 1.0, 128 / 255),
@@ -78,6 +79,22 @@ def test_a_share_of_light_passes_tinted(material: Material, there: float, glass:
         assert found[:, 3].mean() == pytest.approx(expected.mean(), abs=0.012)
     lambertian = device_scene.view(lambertian=True)
     assert not results(between_kernel, 4, [lambertian, *ends], wp.vec4).any()
+
+
+@wp.kernel
+def tint_kernel(first: int, scene: SceneData, p: wp.vec3, q: wp.vec3, out: wp.array[wp.vec3]) -> None:
+    none = wp.vec3(0.0, 0.0, 0.0)
+    out[first + wp.tid()] = tint_between(scene, p, none, q, none)
+
+
+@ALL
+def test_rays_that_arrive_have_the_colour_of_what_passes(material: Material, there: float, glass: float) -> None:
+    device_scene = window(material)
+    ends = [along(device_scene, SLANTED, way) for way in (-0.5, 0.9)]
+    passes = (1.0 - there) + there * glass * (1.0 - reflected(0.8)) * COLOUR
+    found = results(tint_kernel, 1, [device_scene.data, *ends], wp.vec3)[0]
+    assert np.allclose(found, passes / passes.mean(), rtol=1e-3)
+    assert np.allclose(results(tint_kernel, 1, [device_scene.data, ends[1], ends[1]], wp.vec3), 1.0)
 
 
 @wp.kernel
@@ -151,7 +168,7 @@ def test_what_caustics_bring_is_mirrored_but_not_sent_by_vpls() -> None:
     ("change", "in_part"),
     [
         ({}, True),
-        ({"transmission": 1.0}, False),
+        ({"transmission": 1.0}, True),
         ({"transmission": 0.0}, False),
         ({"transmission": 1.0, "metallic": 1.0}, False),
         ({"roughness": 0.2}, False),
@@ -160,7 +177,7 @@ def test_what_caustics_bring_is_mirrored_but_not_sent_by_vpls() -> None:
         ({"backdrop": True}, False),
     ],
 )
-def test_sheets_of_clear_glass_that_are_not_all_glass_are_in_part(change: dict[str, object], in_part: bool) -> None:
+def test_sheets_of_clear_glass_are_there_in_part(change: dict[str, object], in_part: bool) -> None:
     material = replace(GLASS, **change)
     device_scene = window(material)
     assert material.is_part_glass == in_part
@@ -168,5 +185,5 @@ def test_sheets_of_clear_glass_that_are_not_all_glass_are_in_part(change: dict[s
     features = device_scene.features(lambertian=False)
     assert (features.part_glass, features.masks, features.blend, features.sheer) == (in_part,) * 4
     if in_part:
-        assert (features.specular, features.frosted, features.panes) == (True, True, False)
+        assert (features.specular, features.frosted, features.panes) == (True, material.transmission < 1.0, False)
     assert not device_scene.features(lambertian=True).part_glass

@@ -33,7 +33,8 @@ def test_opaque_triangles_come_first_in_the_order_of_the_scene() -> None:
 
 
 def test_panes_have_a_tree_of_their_own_but_for_lambertian_views() -> None:
-    device_scene = resident_of([FLOOR, WALL], [Material(transmission=1.0, roughness=0.0), grey(0.5)])
+    body = Material(transmission=1.0, roughness=0.0, thickness=1.0)
+    device_scene = resident_of([FLOOR, WALL], [body, grey(0.5)])
     data = device_scene.data
     assert (data.opaque_count, data.pane_count, data.masked_count) == (2, 2, 0)
     assert device_scene.triangle_order.tolist() == [2, 3, 0, 1]
@@ -76,7 +77,7 @@ def test_edits_make_mirrors() -> None:
 
 
 def test_what_moved_takes_the_place_of_what_was_in_arrays_of_its_own() -> None:
-    glass = Material(transmission=1.0, roughness=0.0)
+    glass = Material(transmission=1.0, roughness=0.0, thickness=1.0)
     base = resident_of([FLOOR, replace(WALL, name="block")], [grey(0.5), glass])
 
     def moved(by: float) -> DeviceScene:
@@ -104,7 +105,7 @@ def trees_of(scene: DeviceScene) -> dict[str, Bvh]:
 @pytest.mark.parametrize("dear", [False, True])
 def test_what_nobody_needs_any_more_moves_in_its_arrays(dear: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """And trees that cost rays too much there are made anew."""
-    glass = Material(transmission=1.0, roughness=0.0)
+    glass = Material(transmission=1.0, roughness=0.0, thickness=1.0)
     small = quad([0.1, 0.2, -0.5], [0.2, 0, 0], [0, 0.2, 0], 0)
     sky = [quad([-9, 0, -9], [0, 0, 18], [18, 0, 0], 2)]
     quads = [FLOOR, replace(WALL, name="block"), replace(small, name="block"), *sky]
@@ -159,7 +160,9 @@ def test_what_edits_leave_as_it_was_is_shared() -> None:
     ours = base.scene.vertex_object == base.scene.objects.index("block")
     found, before = (scene.data.vertices.numpy()[:, 2] for scene in (moved, base))
     assert np.allclose(found - before, np.where(ours, 0.1, 0.0), atol=1e-6)
-    clear = base.edited(replace(base.scene, materials=(Material(transmission=1.0, roughness=0.0), grey(0.2))))
+    clear = base.edited(
+        replace(base.scene, materials=(Material(transmission=1.0, roughness=0.0, thickness=1.0), grey(0.2)))
+    )
     assert (clear.data.opaque_count, clear.data.pane_count) == (2, 2)
 
 
@@ -198,7 +201,10 @@ def test_a_general_scene_is_the_same_in_the_same_arrays_and_so_are_edits_of_it()
     assert own.features(lambertian=False) != general.features(lambertian=False)
     assert own.features(lambertian=True) == general.features(lambertian=True)
     assert [it.view(lambertian=False).alpha for it in (own, general)] == [False, True]
-    for material in (grey(0.2), Material(transmission=1.0, roughness=0.0)):  # in the same triangles, and in others
+    for material in (
+        grey(0.2),
+        Material(transmission=1.0, roughness=0.0, thickness=1.0),
+    ):  # in the same triangles, and in others
         changed = replace(own.scene, materials=(material, own.scene.materials[1]))
         assert [it.edited(changed).general for it in (own, general)] == [False, True]
         assert not own.can_become(general.edited(changed))

@@ -159,7 +159,8 @@ def test_sheets_of_glass_in_part_are_seen_themselves_where_they_are_mostly_somet
         passes = glass * (1.0 - reflects)
         matt = 1.0 - glass * reflects / (1.0 - passes)  # of what does not pass
         shown = passes if glassy else 1.0 - passes
-        shown = np.where(splits, shown, 1.0)[:, None] * (np.array(COLOUR) if glassy else 1.0)
+        whole = 1.0 - reflects if glassy else 1.0
+        shown = np.where(splits, shown, whole)[:, None] * (np.array(COLOUR) if glassy else 1.0)
         assert np.allclose(seen["throughput"], shown, rtol=1e-3)
         assert np.allclose(seen["diffuse"], 0.2 if glassy else matt[:, None] * COLOUR, atol=1e-4)
 

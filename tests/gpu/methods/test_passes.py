@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from pictures import CAMERA, CURTAIN, coated_room, picture, sunlit_room
+from pictures import CAMERA, CURTAIN, coated_room, curtained_room, picture, sunlit_room
 from pictures import SIZE as PICTURE
 from scenes import RARE, box, column, grey, quad, resident_of
 from stage_order import repeated_launches
@@ -47,6 +47,25 @@ def test_a_room_is_lit_through_a_pane_of_glass_in_part(method: Method, transmiss
     seen = picture(room, camera, **settings, method=method)
     paths = picture(room, camera, **{**settings, "samples": 512}, method=Method.PATH)
     assert seen.mean() == pytest.approx(paths.mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
+@pytest.mark.parametrize("colour", [(0.9, 0.9, 0.9), (0.9, 0.4, 0.2)])
+def test_what_a_whole_pane_takes_of_indirect_light_is_gone(method: Method, colour: tuple[float, float, float]) -> None:
+    """A lamp is behind it, and all that is seen is seen through it, or lit so."""
+    room = curtained_room(replace(PANE, base_color=(*colour, 1.0), transmission=1.0))
+    seen = picture(room, method=method, vpls=8000, samples=8)
+    paths = picture(room, method=Method.PATH, samples=512)
+    assert seen.mean(axis=(0, 1)) == pytest.approx(paths.mean(axis=(0, 1)), rel=0.03 if len(set(colour)) == 1 else 0.08)
+
+
+@pytest.mark.parametrize("transmission", [0.3, 0.6])
+def test_photons_tell_what_is_behind_a_pane_and_on_it(transmission: float) -> None:
+    """Both are seen in a single frame, each by its share."""
+    room = curtained_room(replace(PANE, transmission=transmission))
+    seen = picture(room, method=Method.PHOTON_GATHER, photons=40_000, samples=8)
+    paths = picture(room, method=Method.PATH, samples=512)
+    assert seen.mean() == pytest.approx(paths.mean(), rel=0.08)
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
