@@ -237,7 +237,10 @@ def test_light_that_an_edit_changes_is_made_before_or_after_what_a_frame_begins_
 def test_light_that_is_made_beside_other_stages_has_the_bits_of_what_is_made_after_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    beside, fork = [walk((1024, 576), "cuda:0") for _ in range(2)], Stages.fork
+    fork = Stages.fork
+
+    def frames() -> list[bytes]:
+        return [radiance for radiance, _ in walk((1024, 576), "cuda:0")]
 
     def radiosity_first(stages: Stages, name: str, part: str, work: Callable[[], None], **options: Any) -> None:
         if part == "radiosity":
@@ -245,9 +248,11 @@ def test_light_that_is_made_beside_other_stages_has_the_bits_of_what_is_made_aft
         else:
             fork(stages, name, part, work, **options)
 
-    monkeypatch.setattr(Stages, "beside", lambda stages: nullcontext())
+    beside = [frames() for _ in range(2)]
     monkeypatch.setattr(Stages, "fork", radiosity_first)
-    assert beside == [walk((1024, 576), "cuda:0")] * 2
+    assert beside[0] == frames()
+    monkeypatch.setattr(Stages, "beside", lambda stages: nullcontext())
+    assert beside == [frames()] * 2
 
 
 def seen_room() -> DeviceScene:
