@@ -60,7 +60,7 @@ def _one_scene(archive: Path, paths: list[PurePosixPath]) -> PurePosixPath:
     inner = [path for path in paths if path.suffix.lower() == ".zip"]
     if scenes:
         more = f" and {len(scenes) - MAX_NAMED} more" if len(scenes) > MAX_NAMED else ""
-        problem = f"{len(scenes)} scenes ({', '.join(map(str, scenes[:MAX_NAMED]))}{more}); leave one in it"
+        problem = f"{len(scenes)} scenes ({', '.join(map(str, scenes[:MAX_NAMED]))}{more}); give one of them"
     elif inner:
         problem = f"no scene but another archive ({inner[0]}); put that one's files in"
     else:

@@ -25,3 +25,12 @@ def test_choices_are_to_be_read_to_their_end(page: Page, gradients: Running, she
     page.evaluate("() => document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     expect(page.locator(f"#{sheet} .field select").first).to_be_visible()
     assert cut_choices(page) == []
+
+
+def test_what_only_a_keyboard_does_is_not_told(page: Page, gradients: Running) -> None:
+    page.goto(str(gradients.http.base_url))
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    page.locator("#toggle-mixer").tap()
+    hint = page.locator("#pick-hint")
+    expect(hint).to_be_visible()
+    assert hint.inner_text() == "Click or tap something in the picture; or choose it here."

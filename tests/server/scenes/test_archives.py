@@ -112,7 +112,7 @@ def test_too_many_files_are_refused(tmp_path: Path, target: Path) -> None:
     ("files", "says"),
     [
         ({"readme.txt": b""}, "no scene; put one of .glb"),
-        ({"a.glb": b"", "b.obj": b""}, r"2 scenes \(a\.glb, b\.obj\); leave one in it, with its side files"),
+        ({"a.glb": b"", "b.obj": b""}, r"2 scenes \(a\.glb, b\.obj\); give one of them, with its side files"),
         ({f"{letter}.glb": b"" for letter in "abcdefghijkl"}, r"12 scenes \(a\.glb, .*, j\.glb and 2 more\)"),
         ({"house.zip": b""}, r"no scene but another archive \(house\.zip\)"),
         ({}, "no scene"),
