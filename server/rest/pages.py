@@ -65,4 +65,4 @@ class Pages(StaticFiles):
             headers["Content-Encoding"] = "gzip"
         media_type = mimetypes.guess_type(name)[0] or "application/json"  # a source map's
         answer = Response(text.packed if packed else text.plain, headers=headers, media_type=media_type)
-        return NotModifiedResponse(answer.headers) if asked.get("If-None-Match") == tag else answer
+        return NotModifiedResponse(answer.headers) if self.is_not_modified(answer.headers, asked) else answer
