@@ -32,12 +32,18 @@ from gpu.sampling.warps import (
     triangle_barycentrics,
 )
 
+# How rays are drawn: given by a light; by the cosine from the normal; from anywhere alike on a disk far away.
+GIVEN = wp.constant(0)
+MATT = wp.constant(1)
+FROM_AFAR = wp.constant(2)
+
 
 @wp.struct
 class Particle:
     """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W].
 
-    light: the number of what emits it, as gpu.scene.lighting.path_light numbers the parts of a scene.
+    light: the number of what emits it, as gpu.scene.lighting.path_light numbers the parts of a scene; spread: how its
+    ray is drawn.
     """
 
     origin: wp.vec3
@@ -45,6 +51,7 @@ class Particle:
     direction: wp.vec3
     flux: wp.vec3
     light: int
+    spread: int
 
 
 @wp.func
@@ -71,6 +78,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
     if is_triangle(table, choice.index):
         face = table.faces[choice.index]
         particle.light = scene.triangle_material[face]
+        particle.spread = MATT
         uv = triangle_barycentrics(on_emitter.x, on_emitter.y)
         particle.origin = point_on(scene, face, uv)
         particle.normal = triangle_normal(scene, face)
@@ -85,6 +93,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
         return particle
     if not is_light(table, choice.index):
         particle.light = scene.materials.shape[0]
+        particle.spread = FROM_AFAR
         radius = table.radius[0]
         disk = on_disk(on_emitter.x, on_emitter.y) * radius
         particle.direction = -sky_direction(outgoing.x, outgoing.y)

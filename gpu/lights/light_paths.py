@@ -27,9 +27,10 @@ from gpu.device_scene.scattering import focus_of
 from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.specialisation import LOOK, made_for, specialisation
 from gpu.device_scene.surface import Surface
-from gpu.lights.emission import emit
+from gpu.lights.emission import MATT, Particle, emit
 from gpu.lights.light_chain import Flight, sent_on, unscattered
 from gpu.lights.light_table import LightTable
+from gpu.lights.portals import Portals, way_through
 from gpu.sampling.sobol import Pair, sobol_pair
 from gpu.sampling.warps import cosine_direction
 
@@ -63,11 +64,15 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 @wp.struct
 class WayOn:
-    """Where light goes on from a surface, with the `share` of it that counts over `chance`; with chance 0 it ends."""
+    """Where light goes on from a surface, with the `share` of it that counts over `chance`; with chance 0 it ends.
+
+    matt: whether its direction is drawn by the cosine.
+    """
 
     direction: wp.vec3
     share: wp.vec3
     chance: float
+    matt: bool
 
 
 @wp.func
@@ -95,6 +100,7 @@ def way_on(surface: Surface, to_light: wp.vec3, even: wp.vec3, pick: float, x: f
         way.share = even
         way.chance = wp.where(pick < largest(even), largest(even), 0.0)
     way.direction = cosine_direction(surface.normal, x, y)
+    way.matt = True
     return way
 
 
@@ -140,6 +146,7 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
         counts: wp.array[int],
         bounces: int,
         seeds: wp.array[int],
+        portals: Portals,
         out: Vpls,
     ) -> None:
         """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
@@ -160,10 +167,11 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
             return
         seed = seeds[0]
         particle = emit(scene, table, sobol_pair(path, 0, seed).a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
+        begins = way_through(portals, particle, table.radius[0], path, 0, seed)
         flight = Flight()
-        flight.origin = offset_origin(particle.origin, particle.normal, particle.direction)
-        flight.direction = particle.direction
-        flight.flux = particle.flux / float(paths)
+        flight.origin = offset_origin(begins.origin, particle.normal, begins.direction)
+        flight.direction = begins.direction
+        flight.flux = particle.flux * begins.weight / float(paths)
         begin = int(0)
         if wp.static(specular):
             chain = unscattered(scene, flight, path, 4, bounces, seed)
@@ -236,6 +244,17 @@ def light_path_kernel(features: SceneFeatures, arriving: bool) -> wp.Kernel:
                 return
             flight.flux = wp.cw_mul(flight.flux, way.share) / way.chance
             flight.direction = way.direction
-            flight.origin = offset_origin(surface.position, surface.geometric_normal, way.direction)
+            if way.matt:
+                usual = Particle()
+                usual.origin = surface.position
+                usual.normal = surface.geometric_normal
+                usual.direction = way.direction
+                usual.spread = MATT
+                through = way_through(portals, usual, table.radius[0], path, bounce + 1, seed)
+                flight.direction = through.direction
+                flight.flux = flight.flux * through.weight
+                if through.weight <= 0.0:
+                    return
+            flight.origin = offset_origin(surface.position, surface.geometric_normal, flight.direction)
 
     return light_path_kernel

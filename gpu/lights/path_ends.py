@@ -3,7 +3,7 @@
 import warp as wp
 from warp.utils import radix_sort_pairs
 
-from gpu.core.device import launch
+from gpu.core.device import launch, overwrite
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.core.staging_buffer import StagingBuffer
@@ -12,6 +12,7 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls, light_path_kernel
 from gpu.lights.light_table import LightTable
+from gpu.lights.portals import Portals, no_portals
 
 
 @wp.kernel
@@ -56,7 +57,8 @@ class PathEnds:
     """Where light paths of at most `bounces` hits meet surfaces, found and put in order on the device.
 
     raw: the places by path, flux 0 where there is none; order (2 · place,): the first `filled` (1,) are those with
-    flux, neighbours on a surface side by side; room: for paths; no_seed (1,): 0. All is allocated once.
+    flux, neighbours on a surface side by side; room: for paths; portals: that paths are drawn through, none at first;
+    no_seed (1,): 0. All is allocated once.
     """
 
     def __init__(self, room: int, bounces: int, device: wp.Device, *, arriving: bool) -> None:
@@ -67,6 +69,7 @@ class PathEnds:
         self.capacity = room * bounces
         self._paths = wp.full(1, room, dtype=int, device=device)
         self.no_seed = wp.zeros(1, dtype=int, device=device)
+        self.portals = no_portals(device)
         self.raw = allocate_vpls(self.capacity, device)
         self.order = wp.zeros(2 * self.capacity, dtype=int, device=device)
         self.filled = wp.zeros(1, dtype=int, device=device)
@@ -77,10 +80,18 @@ class PathEnds:
         """Have so many paths from now on, for which there is room."""
         self._paths.fill_(paths)
 
+    def go_through(self, portals: "Portals | None") -> None:
+        """Have paths drawn through these from now on."""
+        if portals is None:
+            self.portals.count.zero_()
+        else:
+            overwrite(Portals, self.portals, portals)
+
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
         kernel = light_path_kernel(features, self._arriving)
-        launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
+        inputs = [scene, table, self._paths, self._bounces, seed, self.portals, self.raw]
+        launch(kernel, self.room, inputs, self.device)
         self.put_in_order()
 
     def put_in_order(self) -> None:

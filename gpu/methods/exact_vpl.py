@@ -30,7 +30,7 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("pilot", "light", "vpl-clusters", "radiosity", "relight", "gbuffer", "caustic-photons",
+    stage_names = ("pilot", "portals", "light", "vpl-clusters", "radiosity", "relight", "gbuffer", "caustic-photons",
                    "gather", "direct", "caustics", "near", "interpolate", "gloss", "branches")  # fmt: skip
     pixel_bytes, view_pixel_bytes, gloss_pixel_bytes, branches_pixel_bytes = 369, 12, 44, 12
 

@@ -44,9 +44,9 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names: ClassVar[tuple[str, ...]] = (
-        "gbuffer", "caustic-photons", "history", "cluster", "pilot", "light", "vpl-clusters", "radiosity", "relight",
-        "visibility", "shade", "correct", "refine", "bright", "connect", "paths", "probe", "direct", "caustics", "near",
-        "interpolate", "gloss", "branches", "antialias", "keep",
+        "gbuffer", "caustic-photons", "history", "cluster", "pilot", "portals", "light", "vpl-clusters", "radiosity",
+        "relight", "visibility", "shade", "correct", "refine", "bright", "connect", "paths", "probe", "direct",
+        "caustics", "near", "interpolate", "gloss", "branches", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 616, 82, 16
     gloss_pixel_bytes, gloss_view_pixel_bytes, branches_pixel_bytes = 57, 16, 12

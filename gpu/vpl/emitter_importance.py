@@ -46,10 +46,11 @@ def lit_vertex_kernel(features: SceneFeatures) -> wp.Kernel:
 
     @wp.kernel(module="unique")
     def lit_vertex_kernel(first: int, scene: SceneData, table: LightTable, vertices: wp.array2d[WalkVertex],
-                          emitter: wp.array2d[int], worth: wp.array2d[float]) -> None:  # fmt: skip
-        """One thread a vertex of a walk: an emitter for it, and its irradiance there [W/m²].
+                          emitter: wp.array2d[int], worth: wp.array2d[float],
+                          point: wp.array2d[wp.vec3]) -> None:  # fmt: skip
+        """One thread a vertex of a walk: an emitter for it, its irradiance there [W/m²], and the point it is from.
 
-        vertices, emitter, worth (walk, vertex): worth is left as it is where nothing is lit.
+        vertices, emitter, worth, point (walk, vertex): worth is left as it is where nothing is lit.
         """
         scene = specialise(scene)
         length = vertices.shape[1]
@@ -67,6 +68,7 @@ def lit_vertex_kernel(features: SceneFeatures) -> wp.Kernel:
             if reached:
                 emitter[walk, place] = choose_emitter(table.all_emitters, pick.a).index
                 worth[walk, place] = brightness(sample.irradiance) * cosine
+                point[walk, place] = sample.point
 
     return lit_vertex_kernel
 
@@ -78,8 +80,9 @@ def important_emitters(device_scene: DeviceScene, scene: SceneData, table: Light
     if count < 2 or not device_scene.scene.cameras:
         return power_cdf(power, device)
     vertices = walk_from_cameras(device_scene, scene, chosen.walks, chosen.length)
-    emitter, worth = (wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float))
-    launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, [scene, table, vertices, emitter, worth], device)
+    emitter, worth, point = (wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float, wp.vec3))
+    inputs = [scene, table, vertices, emitter, worth, point]
+    launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, inputs, device)
     found = worth.numpy().astype(np.float64)
     importance = np.bincount(emitter.numpy().ravel(), found.ravel(), minlength=count)
     if importance.sum() == 0.0:

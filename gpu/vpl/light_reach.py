@@ -36,8 +36,11 @@ def light_reach(device_scene: DeviceScene, table: LightTable) -> Doubles | None:
             continue
         alone = duplicate(LightTable, table)
         alone.all_emitters = power_cdf(own, device)
-        emitter, worth = (wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float))
-        launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, [scene, alone, vertices, emitter, worth], device)
+        emitter, worth, point = (
+            wp.zeros(vertices.shape, dtype=dtype, device=device) for dtype in (int, float, wp.vec3)
+        )
+        inputs = [scene, alone, vertices, emitter, worth, point]
+        launch(lit_vertex_kernel(part_glass_of(scene)), vertices.size, inputs, device)
         reach[kind] = worth.numpy().astype(np.float64).mean() / own.sum()
     reach = np.where(reach < 0.0, reach.max(), reach)
     return reach if reach[kinds].max() > LEAST_CHANGE * (power * reach[kinds]).sum() else None

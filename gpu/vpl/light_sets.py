@@ -115,7 +115,8 @@ class LightSets:
     def renew(self, light_set: LightSet, progress: Progress, run: RunPart = _run) -> None:
         """Make a set of the scene's light as it is, mostly into the arrays that it has.
 
-        run: runs the parts `pilot`, where nobody knows how many paths there are, `light`, which traces, `vpl-clusters`
+        run: runs the parts `pilot`, where nobody knows how many paths there are, `portals`, where that finds that light
+        comes by such, `light`, which traces, `vpl-clusters`
         and `radiosity`, which what is found near field needs; or `relight`, where the paths are as they were.
         """
         was_current = self.is_current(light_set)
@@ -160,8 +161,15 @@ class LightSets:
             if choice.bounces not in self._pilots:
                 self._pilots[choice.bounces] = SeenPilot(choice.bounces, self._walked)
             pilot = self._pilots[choice.bounces]
+            pilot.go_through(None)
             run("pilot", lambda: pilot.trace(scene, table, features))
-            self._paths[same] = pilot.plan(choice.vpls)
+            plan = pilot.plan(choice.vpls)
+            portals = pilot.find_portals(plan, scene, table)
+            if portals is not None:
+                pilot.go_through(portals)
+                run("portals", lambda: pilot.trace(scene, table, features))
+                plan = replace(pilot.plan(choice.vpls), portals=portals)
+            self._paths[same] = plan
         return self._paths[same]
 
     def _trace(self, light_set: LightSet, scene: SceneData, plan: PathPlan, run: RunPart) -> tuple[VplMaker, int]:

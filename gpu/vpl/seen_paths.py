@@ -24,9 +24,11 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import LightTable
 from gpu.lights.path_ends import PILOT_PATHS, PathEnds, paths_that_leave
+from gpu.lights.portals import Portals
 from gpu.sampling.sobol import hashed
 from gpu.scene.types import Doubles
 from gpu.vpl.camera_walks import WalkVertex, has_ended, walk_from_cameras
+from gpu.vpl.portal_search import PortalFinder
 
 
 @wp.struct
@@ -49,6 +51,8 @@ class SeenParameters:
 
 
 SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
+# Walks from the cameras and their vertices: those by which portals are found, and the first, which tell all else.
+ALL_WALKS, ALL_VERTICES = 16_384, 3
 WALKS, LENGTH = 8192, 2
 # More paths are traced where at least so many times as many are worth it.
 LEAST_MORE = 2.5
@@ -146,12 +150,13 @@ def thin_out_kernel(first: int, order: wp.array[int], filled: wp.array[int], tog
 @dataclass(frozen=True)
 class PathPlan:
     """How many light paths there are, and with which chance their VPLs are kept: `even` for each that matters, and
-    besides what its worth is of `worth` [W].
+    besides what its worth is of `worth` [W]. portals: that paths are drawn through.
     """
 
     paths: int
     even: float = 1.0
     worth: float = inf
+    portals: "Portals | None" = None
 
     @property
     def keeps_all(self) -> bool:
@@ -168,7 +173,7 @@ class SeenPathEnds(PathEnds):
     def __init__(self, room: int, bounces: int, vertices: wp.array, *, whole: bool) -> None:
         """As PathEnds; `vertices` (walk, vertex): of `walked`."""
         super().__init__(room, bounces, vertices.device, arriving=False)
-        self.whole, self._vertices = whole, vertices
+        self.whole, self._vertices = whole, vertices[:WALKS, :LENGTH] if vertices.size else vertices
         capacity = 0 if whole else self.capacity
         self._lit = wp.zeros(capacity, dtype=int, device=self.device)
         self.carried, self.worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
@@ -177,6 +182,7 @@ class SeenPathEnds(PathEnds):
     def follow(self, plan: PathPlan) -> None:
         """Have so many paths, and keep so many of their VPLs, from now on; all are kept before."""
         self.set_paths(plan.paths)
+        self.go_through(plan.portals)
         if not plan.keeps_all:
             self._kept.fill_(wp.vec2(plan.even, plan.worth))
 
@@ -200,16 +206,16 @@ class SeenPathEnds(PathEnds):
 def walked(device_scene: DeviceScene) -> wp.array:
     """Where walks from the cameras of `device_scene` come, (walk, vertex) of WalkVertex; empty without a camera."""
     if not device_scene.scene.cameras:
-        return wp.zeros((0, LENGTH), dtype=WalkVertex, device=device_scene.device)
-    return walk_from_cameras(device_scene, device_scene.view(lambertian=False), WALKS, LENGTH)
+        return wp.zeros((0, ALL_VERTICES), dtype=WalkVertex, device=device_scene.device)
+    return walk_from_cameras(device_scene, device_scene.view(lambertian=False), ALL_WALKS, ALL_VERTICES)
 
 
 class SeenPilot:
-    """Runs of a few light paths, which tell how many there should be."""
+    """Runs of a few light paths, which tell how many there should be, and what they are to go through."""
 
     def __init__(self, bounces: int, vertices: wp.array) -> None:
         """vertices: of `walked`."""
-        self._vertices = vertices
+        self._vertices, self._finder = vertices, PortalFinder(vertices)
         self._ends = SeenPathEnds(PILOT_PATHS, bounces, vertices, whole=vertices.size == 0)
         self._carried, self._worth = StagingBuffer(self._ends.carried), StagingBuffer(self._ends.worth)
         # Whether walks from the cameras come anywhere, so that they can tell what is worth more.
@@ -225,6 +231,17 @@ class SeenPilot:
             launch(sees_kernel, len(self._vertices), [self._vertices, self._sees.array], ends.device)
             for found in (self._carried, self._worth, self._sees):
                 found.download()
+
+    def go_through(self, portals: "Portals | None") -> None:
+        """Have paths drawn through these from now on."""
+        self._ends.go_through(portals)
+
+    def find_portals(self, plan: PathPlan, scene: SceneData, table: LightTable) -> "Portals | None":
+        """Portals for what comes into view by few of a plan's paths; None where there are none, or most matter."""
+        # Kernels are to be noted where nothing is run, and so nothing seen.
+        if self._ends.whole or (plan.keeps_all and self._sees.host[0]):
+            return None
+        return self._finder.find(scene, table)
 
     def plan(self, wanted: int) -> PathPlan:
         """What leaves about `wanted` VPLs by what `trace` has found. The host waits for the device's current stream."""

@@ -1,5 +1,6 @@
 """Two rooms side by side with a slit between them; the lamp is in the one and the camera in the other."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls
 from gpu.scene.camera import look_at
+from gpu.scene.edits import LightEdit, SceneEdits, edited
 from gpu.scene.types import Camera, Doubles, Light, LightKind
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
@@ -143,3 +145,29 @@ def test_a_light_set_has_as_many_vpls_as_are_wanted_and_more_of_them_where_the_c
         members = light_set.clusters.members
         inside.append(int((members.position.numpy()[: light_set.count, 0] < 0.08).sum()))
     assert inside[0] > 2 * inside[1] > 0
+
+
+def test_portals_follow_a_lamp_that_is_moved() -> None:
+    base, told = rooms(DARK), list[str]()
+    sets, choice = LightSets(base), LightSetChoice(2000, 32, BOUNCES, 0, False)
+
+    def run(name: str, part: Callable[[], None]) -> None:
+        told.append(name)
+        part()
+
+    def made(*position: float) -> bytes:
+        if position:
+            moved = SceneEdits(lights={"lamp": LightEdit(position=position)})
+            assert sets.follow(base.edited(edited(base.scene, moved)))
+        told.clear()
+        light_set = sets.at(choice)
+        sets.renew(light_set, lambda *_: None, run)
+        return light_set.clusters.members.flux.numpy()[: light_set.count].tobytes()
+
+    first = made()
+    assert told[:3] == ["pilot", "portals", "light"]
+    made(-0.3, 0.2, -0.2)
+    assert "portals" not in told
+    made(0.4, 0.2, -0.2)
+    assert "portals" in told
+    assert made(*LAMP.position) == first
