@@ -65,11 +65,12 @@ HEADERS = {
 # more, from itself, brings it.
 LOGIN = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">{again}<link rel="icon" href="data:,"><title>lumenwalk</title></head>
-<body><h1>lumenwalk</h1><p>This service needs its token: open the address that it printed when it started, or</p>
+<body><h1>lumenwalk</h1>{wrong}<p>This service needs its token: open the address that it printed when it started, or</p>
 <form><label>token <input name="token" type="password" required autofocus></label> <button>enter</button></form>
 </body></html>
 """
 AGAIN = '<meta http-equiv="refresh" content="0">'
+WRONG = '<p role="alert">That is not the token.</p>'
 
 
 def with_token(settings: ServerSettings) -> ServerSettings:
@@ -170,7 +171,8 @@ class Guard:
             self._wrong.take(address)
         self._metrics.refused("token")
         if scope["type"] == "http" and scope["method"] in SAFE and "text/html" in headers.get("Accept", ""):
-            response = HTMLResponse(LOGIN.format(again=AGAIN if _from_elsewhere(headers) else ""), 401)
+            again = AGAIN if _from_elsewhere(headers) else ""
+            response = HTMLResponse(LOGIN.format(again=again, wrong=WRONG if any(asked) else ""), 401)
         else:
             response = error_response(401, "unauthorized", "the token is missing or wrong: Authorization: Bearer TOKEN")
         response.headers["WWW-Authenticate"] = 'Bearer realm="lumenwalk"'

@@ -92,6 +92,9 @@ def test_a_browser_without_the_token_is_asked_for_it(locked: Running) -> None:
     assert response.status_code == 401
     assert 'name="token"' in response.text
     assert "refresh" not in response.text
+    assert "not the token" not in response.text
+    wrong = locked.http.get("/", params={"token": "wrong"}, headers=BROWSER)
+    assert (wrong.status_code, "That is not the token." in wrong.text) == (401, True)
     elsewhere = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate"}
     assert "refresh" in locked.http.get("/", headers=BROWSER | elsewhere).text  # the cookie comes with the second try
 
