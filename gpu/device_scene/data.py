@@ -67,7 +67,8 @@ class TextureData:
 class MaterialData:
     """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
 
-    transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
+    transmission: share that is glass; dispersion: KHR_materials_dispersion; thin: of a sheet, else of a body that
+    absorbs `absorption` [1/unit length];
     part_glass: as gpu.scene.types.Material.is_part_glass tells; blend: alpha is the share of the surface that is there;
     slots: it has so many, from `first_slot` on; coat, coat_roughness, coat_normal_scale: KHR_materials_clearcoat;
     sheen_color, sheen_roughness: KHR_materials_sheen; film, film_ior, film_least, film_most: KHR_materials_iridescence,
@@ -80,6 +81,7 @@ class MaterialData:
     metallic: float
     roughness: float
     ior: float
+    dispersion: float
     specular: float
     specular_color: wp.vec3
     coat: float
@@ -143,7 +145,8 @@ class SceneData:
     coats, sheen, thin films, grain, what scatters light to its other side, glass, mirrors or clear glass; blended: or
     surfaces of which rays find a share; sheer: some of them by less than half; one_sided: cameras do not see the
     backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let
-    no light through; part_glass: rays may hit sheets of clear glass (gpu.device_scene.part_glass); coverage: a seed by
+    no light through; part_glass: rays may hit sheets of clear glass (gpu.device_scene.part_glass); dispersive: or
+    bodies of glass that refract colours otherwise (gpu.device_scene.dispersion); coverage: a seed by
     which rays meet what is there in part by its share; HALF: what is there by one half or more; WHOLE: wherever it
     shows at all.
     """
@@ -187,5 +190,6 @@ class SceneData:
     filmed: bool
     grained: bool
     translucent: bool
+    dispersive: bool
     part_glass: bool
     coverage: wp.uint32

@@ -30,8 +30,8 @@ class SceneFeatures:
     specular: as `has_specular` tells; frosted: glass that scatters what goes through, or is in part something else;
     coats: clear ones over other surfaces, which are glossy; focus: as `casts_by_lobe` tells; sheen: fibres on surfaces;
     films: thin ones, which have colours; grain: of facets, as of brushed metal; translucent: surfaces that scatter
-    light to their other side; constants: whether kernels are told by constants what none of these is
-    (gpu.device_scene.specialisation), as those for GPUs are.
+    light to their other side; dispersion: as Material.is_dispersive tells; constants: whether kernels are told by
+    constants what none of these is (gpu.device_scene.specialisation), as those for GPUs are.
     """
 
     masks: bool = True
@@ -56,6 +56,7 @@ class SceneFeatures:
     films: bool = True
     grain: bool = True
     translucent: bool = True
+    dispersion: bool = True
     part_glass: bool = True
     constants: bool = True
 
@@ -86,8 +87,8 @@ EVERYTHING = SceneFeatures()
 def features_of_any(has: SceneFeatures) -> SceneFeatures:
     """What is told to general kernels and arrays for a scene that `has` these: all, but for what lights there are,
     which decide no kernel, but which are launched, and with what samples; and but for frosted glass, clear coats,
-    cloth, thin films, grain and what is translucent, which few scenes have, and which take most of the time that all
-    compile.
+    cloth, thin films, grain, what is translucent and dispersion, which few scenes have, and which take most of the time
+    that all compile.
     """
     return replace(
         EVERYTHING,
@@ -99,6 +100,7 @@ def features_of_any(has: SceneFeatures) -> SceneFeatures:
         films=has.films,
         grain=has.grain,
         translucent=has.translucent,
+        dispersion=has.dispersion,
     )
 
 
@@ -236,6 +238,7 @@ def scene_features(scene: Scene, *, lambertian: bool, constants: bool = True, as
         films=not lambertian and any(material.has_film for material in materials),
         grain=not lambertian and any(material.has_grain for material in materials),
         translucent=not lambertian and any(material.is_translucent for material in materials),
+        dispersion=not lambertian and any(material.is_dispersive for material in materials),
         part_glass=not lambertian and any(material.is_part_glass for material in materials),
         constants=constants,
     )

@@ -33,8 +33,8 @@ from gpu.scene.types import AlphaMode, Doubles, Material, Texture, TextureSlot
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
 _MATERIAL = layout_of(MaterialData)
 # What materials and their rows call the same.
-_SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
-         "normal_scale", "unlit", "sheen_color", "sheen_roughness")  # fmt: skip
+_SAME = ("base_color", "emission", "metallic", "roughness", "ior", "dispersion", "specular", "specular_color",
+         "transmission", "normal_scale", "unlit", "sheen_color", "sheen_roughness")  # fmt: skip
 _SLOT = layout_of(SlotData)
 
 

@@ -134,6 +134,8 @@ def specialisation(features: SceneFeatures) -> wp.Function:
             scene.grained = False
         if wp.static(not features.translucent):
             scene.translucent = False
+        if wp.static(not features.dispersion):
+            scene.dispersive = False
         if wp.static(not features.part_glass):
             scene.part_glass = False
         return scene

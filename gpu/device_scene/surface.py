@@ -39,7 +39,8 @@ class Surface:
     at normal and at grazing incidence; roughness: perceptual;
     mirror: reflects perfectly, by f0, without a lobe; emission: radiance towards the ray's origin [W/m²/sr].
     glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
-    eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
+    eta: refractive index behind the surface over that before it; dispersion: of glass; absorption: in what is behind it
+    [1/unit length];
     crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
     all that, of roughness coat_roughness and with a normal of its own. sheen: colour of fibres, of roughness
     sheen_roughness, over what is no glass; what they take of the light that comes from there to where the surface is
@@ -64,6 +65,7 @@ class Surface:
     clear: bool
     thin: bool
     eta: float
+    dispersion: float
     absorption: wp.vec3
     crossed: bool
     coat: float
@@ -311,6 +313,8 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
         surface.thin = material.thin
         index = wp.max(material.ior, MIN_IOR)
         surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)
+        if scene.dispersive:
+            surface.dispersion = material.dispersion
         if seen_front and not material.thin:
             surface.absorption = material.absorption
     if scene.translucent and material.through > 0.0:

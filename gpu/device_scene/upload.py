@@ -282,6 +282,7 @@ class DeviceScene:
         data.filmed = any(material.has_film for material in scene.materials)
         data.grained = any(material.has_grain for material in scene.materials)
         data.translucent = any(material.is_translucent for material in scene.materials)
+        data.dispersive = any(material.is_dispersive for material in scene.materials)
         data.part_glass = any(material.is_part_glass for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:

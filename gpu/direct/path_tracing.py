@@ -17,6 +17,7 @@ from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.dispersion import ALL_COLOURS, disperses, drawn_channel, of_channel, refracting
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.glass import attenuated
 from gpu.device_scene.offsets import offset_origin
@@ -122,12 +123,18 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, first_vi
     surface = first
     view = first_view
     shown = bool(True)
+    channel = int(ALL_COLOURS)
     bounces = wp.where(paths.indirect, paths.bounces, 0)
     for bounce in range(bounces + 1):
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
         pick = sobol_pair(index, pair + 3, seed)
         chosen = choose_part(surface, view, pick.y)
         surface = part_of(surface, chosen)
+        if scene.dispersive and disperses(surface):
+            if channel == ALL_COLOURS:
+                channel = drawn_channel(sobol_pair(index, PART_PAIR, seed).y)
+                throughput = of_channel(throughput, channel)
+            surface = refracting(surface, channel)
         last = bounce == bounces and not is_narrow(surface)
         wanted = paths.indirect
         if bounce == 0:
@@ -201,7 +208,7 @@ def path_light_of(features: SceneFeatures) -> wp.Function:
     return path_light
 
 
-@made_for(*LOOK, "glass", "panes", "environment")
+@made_for(*LOOK, "glass", "panes", "environment", "dispersion")
 def path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, path_light = specialisation(features), path_light_of(features)

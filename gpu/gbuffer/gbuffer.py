@@ -153,7 +153,18 @@ class Lobes(Enum):
 
 
 @made_for(
-    *LOOK, "one_sided", "backdrop", "specular", "blend", "sheer", "glass", "panes", "environment", "frosted", "coats"
+    *LOOK,
+    "one_sided",
+    "backdrop",
+    "specular",
+    "blend",
+    "sheer",
+    "glass",
+    "panes",
+    "environment",
+    "frosted",
+    "coats",
+    "dispersion",
 )
 def primary_ray_kernel(features: SceneFeatures, lobes: Lobes) -> wp.Kernel:
     """The kernel for scenes of these `features`."""

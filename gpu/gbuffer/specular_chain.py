@@ -15,6 +15,7 @@ from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe, specular_share
 from gpu.device_scene.data import HALF, NO_HIT, SceneData
+from gpu.device_scene.dispersion import ALL_COLOURS, disperses, drawn_channel, of_channel, refracting
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.offsets import OFFSET_ULP, offset_origin
 from gpu.device_scene.panes import TintedHit, meet, met_surface
@@ -114,6 +115,12 @@ def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
     if samples.frame_index[0] < 0:
         return 0.5
     return sobol_pair_at(place, samples.frame_index[0], CHAIN_PAIR + vertex, samples.seed).x
+
+
+@wp.func
+def chain_channel(samples: ChainSamples, place: int) -> int:
+    """The colour in which a drawn chain goes on through glass that disperses light."""
+    return drawn_channel(sobol_pair_at(place, samples.frame_index[0], CHAIN_PAIR, samples.seed).y)
 
 
 @wp.func
@@ -288,6 +295,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     culls = scene.one_sided
     splits = samples.splits and samples.frame_index[0] < 0
     shows = bool(True)
+    channel = int(ALL_COLOURS)
     scene.coverage = HALF
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.frame_index[0] >= 0:
@@ -332,6 +340,11 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         part = step.part
         rest = step.rest
         end.throughput = step.throughput
+        if scene.dispersive and samples.frame_index[0] >= 0 and disperses(part):
+            if channel == ALL_COLOURS:
+                channel = chain_channel(samples, place)
+                end.throughput = of_channel(end.throughput, channel)
+            part = refracting(part, channel)
         if vertex == CHAIN_VERTICES or not step.goes_on:
             if other and splits:
                 return end

@@ -21,7 +21,7 @@ from gpu.indirect.lobe_light import KnownLight, irradiance_by_vpls
 from gpu.vpl.radiosity_cache import RadiosityCache
 
 
-@made_for(*LOOK, "one_sided", "blend", "sheer", "glass", "panes", "backdrop", "environment")
+@made_for(*LOOK, "one_sided", "blend", "sheer", "glass", "panes", "backdrop", "environment", "dispersion")
 def other_branch_kernel(features: SceneFeatures, lookup: wp.Function, data: Any) -> wp.Kernel:
     """The kernel for scenes of these `features`; lookup, data: as of gpu.indirect.illumination.Illumination."""
     specialise = specialisation(features)

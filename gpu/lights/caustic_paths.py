@@ -16,6 +16,7 @@ from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.dispersion import ALL_COLOURS, disperses, drawn_channel, of_channel, refracting
 from gpu.device_scene.even_light import even_matt, even_reflectance, spread_reflectance
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import met_of, transmittance
@@ -139,7 +140,7 @@ def chosen_start(scene: SceneData, table: LightTable, casters: CausticCasters, p
     return start
 
 
-@made_for(*LOOK, "environment", "glass", "panes", "focus")
+@made_for(*LOOK, "environment", "glass", "panes", "focus", "dispersion")
 def caustic_path_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise, lobes = specialisation(features), features.focus
@@ -168,6 +169,7 @@ def caustic_path_kernel(features: SceneFeatures) -> wp.Kernel:
         left = transmittance(scene, surface.position, surface.geometric_normal, start.light.point, start.light.normal)
         flux = wp.cw_mul(start.flux, left) / float(paths)
         absorption = wp.vec3(0.0, 0.0, 0.0)
+        channel = int(ALL_COLOURS)
         scattered = bool(False)
         ends = bool(False)
         for vertex in range(bounces + 1):
@@ -176,6 +178,11 @@ def caustic_path_kernel(features: SceneFeatures) -> wp.Kernel:
             pick = sobol_pair(path, CHOICE_PAIR + 1 + vertex, seed)
             chosen = choose_part(surface, to_light, pick.x)
             part = part_of(surface, chosen)
+            if scene.dispersive and disperses(part):
+                if channel == ALL_COLOURS:
+                    channel = drawn_channel(sobol_pair(path, CHOICE_PAIR, seed).y)
+                    flux = of_channel(flux, channel)
+                part = refracting(part, channel)
             onward = wp.where(is_perfect(part), 1.0, 0.0)
             if wp.static(lobes):
                 if vertex == 0:

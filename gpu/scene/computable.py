@@ -23,7 +23,15 @@ _SHARES = (
     *("clearcoat", "clearcoat_roughness", "sheen_color", "sheen_roughness", "iridescence"),
     *("diffuse_transmission", "diffuse_transmission_color"),
 )
-_FACTORS = ("emission", "specular_color", "thickness", "alpha_cutoff", "iridescence_least", "iridescence_most")
+_FACTORS = (
+    "emission",
+    "specular_color",
+    "thickness",
+    "alpha_cutoff",
+    "dispersion",
+    "iridescence_least",
+    "iridescence_most",
+)
 # The least and the most of each factor of a material.
 _RANGES = {
     **dict.fromkeys(_SHARES, (0.0, 1.0)),

@@ -104,6 +104,7 @@ class Material:
     backdrop: bool = False
     transmission: float = 0.0
     ior: float = 1.5
+    dispersion: float = 0.0
     thickness: float = 0.0
     attenuation_color: Rgb = (1.0, 1.0, 1.0)
     attenuation_distance: float = inf
@@ -161,6 +162,11 @@ class Material:
     def has_grain(self) -> bool:
         """Whether its highlights are longer in one direction than in others."""
         return self.anisotropy > 0.0 and not self.unlit
+
+    @property
+    def is_dispersive(self) -> bool:
+        """Whether its surfaces are faces of bodies of glass that refract each colour otherwise."""
+        return min(self.dispersion, self.glass_share, self.thickness) > 0.0 and not self.unlit
 
     @property
     def is_translucent(self) -> bool:

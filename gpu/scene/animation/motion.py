@@ -33,6 +33,7 @@ class Property(StrEnum):
     NORMAL_SCALE = "normalScale"
     TRANSMISSION = "transmissionFactor"
     IOR = "ior"
+    DISPERSION = "dispersion"
     ATTENUATION_COLOR = "attenuationColor"
     SPECULAR = "specularFactor"
     SPECULAR_COLOR = "specularColorFactor"

@@ -31,6 +31,7 @@ _FIELDS = {
     Property.NORMAL_SCALE: ("normal_scale", -_LARGE, _LARGE),
     Property.TRANSMISSION: ("transmission", 0.0, 1.0),
     Property.IOR: ("ior", 1.0, _LARGE),
+    Property.DISPERSION: ("dispersion", 0.0, _LARGE),
     Property.ATTENUATION_COLOR: ("attenuation_color", 0.0, 1.0),
     Property.SPECULAR: ("specular", 0.0, 1.0),
     Property.SPECULAR_COLOR: ("specular_color", 0.0, MOST),

@@ -14,7 +14,7 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
         Material(emission=(3.0, 2.0, 1.0), double_sided=False),
         Material(unlit=True, backdrop=True),
-        Material(transmission=1.0, roughness=0.0, thickness=1.0),
+        Material(transmission=1.0, roughness=0.0, thickness=1.0, dispersion=0.5),
         Material(transmission=0.5, roughness=0.0),
         Material(transmission=1.0, roughness=0.3),
         Material(clearcoat=0.5),
@@ -29,7 +29,8 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
     hidden = ("environment", "alpha", "cutouts", "blend", "sheer", "glass", "panes", "one_sided", "gloss", "specular",
-              "frosted", "coats", "focus", "sheen", "films", "grain", "translucent", "part_glass")  # fmt: skip
+              "frosted", "coats", "focus", "sheen", "films", "grain", "translucent", "dispersion",
+              "part_glass")  # fmt: skip
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -137,7 +138,7 @@ def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, fr
 
 def test_general_kernels_know_what_lights_there_are_and_leave_out_what_is_rare() -> None:
     dark = scene_features(scene_of(box(), [grey(0.5)]), lambertian=False)
-    rare = dict.fromkeys(("frosted", "coats", "sheen", "films", "grain", "translucent"), False)
+    rare = dict.fromkeys(("frosted", "coats", "sheen", "films", "grain", "translucent", "dispersion"), False)
     assert features_of_any(dark) == replace(EVERYTHING, soft=False, lamps=False, **rare)
     assert features_of_any(EVERYTHING) == EVERYTHING
 

@@ -114,6 +114,28 @@ def test_a_body_of_glass_refracts_tints_and_absorbs(ior: float) -> None:
     assert np.allclose(seen["throughput"], np.array(COLOUR) ** 2 * left, rtol=1e-3)
 
 
+def test_drawn_chains_go_on_in_one_colour_through_glass_that_disperses() -> None:
+    """20 over an Abbe number of 25: the index of red is 2 % of what it is over 1 less than that of green."""
+    glass = replace(GLASS, base_color=(1.0, 1.0, 1.0, 1.0), ior=2.0, dispersion=0.8)
+    device_scene = resident_of([*slab(), wall(-0.6)], [glass, grey(0.5)])
+    way = -look(resident_of([wall(-0.6, 0)], [grey(0.5)]), SLANTED)["to_camera"]
+    found = [look(device_scene, SLANTED, moment) for moment in range(16)]
+    drawn = np.array([each["throughput"] for each in found])
+    assert drawn.mean(axis=(0, 1)) == pytest.approx(drawn.mean(), rel=0.05)
+    mean = look(device_scene, SLANTED)
+    assert np.ptp(mean["throughput"], axis=1).max() == 0.0
+    for channel, ior in enumerate((1.98, 2.0, 2.02)):
+        inside = way / ior
+        inside[:, 2] = -np.sqrt(1.0 - inside[:, 0] ** 2 - inside[:, 1] ** 2)
+        steps = (SLANTED.to_world[2, 3] + 0.6 - 0.2) / -way[:, 2], 0.2 / -inside[:, 2]
+        expected = SLANTED.to_world[:3, 3] + way * steps[0][:, None] + inside * steps[1][:, None]
+        for each in found:
+            own = np.isclose(each["throughput"][:, channel], 3.0) & (each["to_camera"][:, 2] > 0.0)
+            own &= np.isclose(world(device_scene, each["position"])[:, 2], -0.6, atol=1e-4)
+            near = np.linalg.norm(world(device_scene, each["position"]) - expected, axis=1)[own]
+            assert np.mean(near < 1e-4) > 0.9  # the others were reflected within
+
+
 def test_drawn_chains_reflect_as_often_as_glass_does() -> None:
     """Each of its faces reflects for itself, and what stays inside leaves in the end."""
     glass = replace(GLASS, base_color=(1.0, 1.0, 1.0, 1.0))

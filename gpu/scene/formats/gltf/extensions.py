@@ -15,6 +15,7 @@ SUPPORTED = frozenset(
         "KHR_materials_anisotropy",
         "KHR_materials_clearcoat",
         "KHR_materials_diffuse_transmission",
+        "KHR_materials_dispersion",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_iridescence",
@@ -41,14 +42,8 @@ _LIBRARIES = {
 """The module that reads what an extension packs, and the extra that installs it."""
 
 
-# Without these a surface has less gloss, or colour in its gloss, and a file is only described.
-_DISPENSABLE = frozenset(
-    {
-        "KHR_materials_dispersion",
-        "KHR_xmp",
-        "KHR_xmp_json_ld",
-    }
-)
+# These only describe a file.
+_DISPENSABLE = frozenset({"KHR_xmp", "KHR_xmp_json_ld"})
 
 
 def check_extensions(document: Document) -> None:

@@ -16,7 +16,7 @@ _MOST = 1e30  # radiance: so that float32 holds what is computed with it
 _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
 _EXTENSIONS = ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat", "sheen", "iridescence",
-               "anisotropy", "diffuse_transmission")  # fmt: skip
+               "anisotropy", "diffuse_transmission", "dispersion")  # fmt: skip
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
@@ -35,7 +35,7 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
     """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior, coat, sheen, film, grain, through = (
+    transmission, volume, specular, strength, ior, coat, sheen, film, grain, through, dispersion = (
         entry.named_extension(f"KHR_materials_{name}") for name in _EXTENSIONS
     )
     _say_unused(images, entry, volume)
@@ -61,6 +61,7 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         unlit=entry.part("extensions").has("KHR_materials_unlit"),
         transmission=transmission.factor("transmissionFactor", 0.0, 0.0, 1.0),
         ior=_ior(ior),
+        dispersion=dispersion.factor("dispersion", 0.0, 0.0, _LARGE),
         thickness=volume.factor("thicknessFactor", 0.0, 0.0, _MOST),
         attenuation_color=_rgb(volume.factors("attenuationColor", _WHITE, 0.0, 1.0)),
         attenuation_distance=_attenuation_distance(volume),

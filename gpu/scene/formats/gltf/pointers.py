@@ -27,6 +27,7 @@ _MATERIALS = {
     "normalTexture/scale": Property.NORMAL_SCALE,
     "extensions/KHR_materials_transmission/transmissionFactor": Property.TRANSMISSION,
     "extensions/KHR_materials_ior/ior": Property.IOR,
+    "extensions/KHR_materials_dispersion/dispersion": Property.DISPERSION,
     "extensions/KHR_materials_volume/attenuationColor": Property.ATTENUATION_COLOR,
     "extensions/KHR_materials_specular/specularFactor": Property.SPECULAR,
     "extensions/KHR_materials_specular/specularColorFactor": Property.SPECULAR_COLOR,

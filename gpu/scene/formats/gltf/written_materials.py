@@ -64,6 +64,8 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
         made["unlit"] = {}
     if material.ior != _PLAIN.ior:
         made["ior"] = {"ior": material.ior}
+    if material.dispersion > 0.0:
+        made["dispersion"] = {"dispersion": material.dispersion}
     if material.transmission > 0.0:
         factor = {"transmissionFactor": material.transmission}
         made["transmission"] = factor | _info("transmissionTexture", material.transmission_slot)

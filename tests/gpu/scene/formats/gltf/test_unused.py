@@ -36,12 +36,12 @@ def test_morph_targets_of_other_attributes_are_said(gltf: GltfFile) -> None:
 
 
 def test_extensions_are_said_with_what_has_them_declared_or_not(gltf: GltfFile) -> None:
-    gltf.json["extensionsUsed"] = ["KHR_materials_dispersion", "KHR_xmp", "KHR_materials_unlit"]
+    gltf.json["extensionsUsed"] = ["EXT_materials_bump", "KHR_xmp", "KHR_materials_unlit"]
     for _ in range(2):
-        gltf.add("materials", extensions={"KHR_materials_dispersion": {}, "KHR_materials_unlit": {}})
+        gltf.add("materials", extensions={"EXT_materials_bump": {}, "KHR_materials_unlit": {}})
     gltf.mesh_node(extensions={"MSFT_lod": {"ids": [1]}})
     assert gltf.load().report.ignored == (
-        "extension KHR_materials_dispersion is not supported and was ignored (2 materials)",
+        "extension EXT_materials_bump is not supported and was ignored (2 materials)",
         "extension KHR_xmp is not supported and was ignored",
         "extension MSFT_lod is not supported and was ignored (1 nodes)",
     )

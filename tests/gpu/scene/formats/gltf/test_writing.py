@@ -25,7 +25,15 @@ MATERIALS = (
     Material("wall", (0.25, 0.5, 0.75, 1.0), 0.25, 0.5, base_color_slot=TURNED, double_sided=True),
     Material("lamp", emission=(4.0, 2.0, 1.0), double_sided=False, normal_slot=TextureSlot(1), normal_scale=0.5),
     Material("leaf", (1.0, 1.0, 1.0, 0.5), alpha_mode=AlphaMode.MASK, alpha_cutoff=0.25, double_sided=False),
-    Material("glass", transmission=0.75, ior=1.25, thickness=0.5, attenuation_color=(0.5, 1.0, 1.0), double_sided=True),
+    Material(
+        "glass",
+        transmission=0.75,
+        ior=1.25,
+        thickness=0.5,
+        attenuation_color=(0.5, 1.0, 1.0),
+        dispersion=0.25,
+        double_sided=True,
+    ),
     Material("velvet", sheen_color=(1.0, 0.5, 0.25), sheen_roughness=0.5, double_sided=True),
     Material(
         "soap",
