@@ -55,6 +55,7 @@ STATUS_SECONDS = 0.1  # at least, between two words on what is going on
 EDITS_SECONDS, EDITS_RATE = 0.05, 1e6
 STALLED_SECONDS = 10.0
 WATCH_SECONDS = 1.0
+LEFT_SECONDS = 1.0  # in which a scene is still read after the viewer has chosen another one: so it begins few of them
 STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
 MESSAGE_RATE, MESSAGE_BURST = 600.0, 100.0  # messages a second, and at once: poses and acknowledgements at 240 Hz pass
 FAULT_RATE, FAULT_BURST = 0.5, 5.0  # and so many of a viewer's mistakes
@@ -101,6 +102,7 @@ class Viewer:
         )
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
+        self._reading: asyncio.Timeout | None = None  # of a scene
         self._shown: tuple[SceneRef, SceneInfo] | None = None
         self._tried: SceneRef | None = None  # what the file of the shown one has become, which was or is to be opened
         self._problem: UserError | None = None  # why that cannot be, of which the viewer is to be told
@@ -212,6 +214,8 @@ class Viewer:
         if scene is not None:
             self._wanted = scene
             self._session.show(None)
+            if self._reading is not None and self._reading.when() is None:
+                self._reading.reschedule(asyncio.get_running_loop().time() + LEFT_SECONDS)
 
     async def _edit(self, message: Edit | Own) -> None:
         edited, viewer = self._service.edited, self._session.viewer
@@ -322,10 +326,18 @@ class Viewer:
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()
         shown, failure = self._shown, None
+        self._reading = reading = asyncio.timeout(None)
         try:
-            shown = scene, await self._read(scene)
+            async with reading:
+                shown = scene, await self._read(scene)
         except (UserError, TooBusyError, RenderFaultError, WorkerLostError) as error:
             failure = error
+        except TimeoutError:
+            if not reading.expired():
+                raise
+            return  # to the one that the viewer has chosen meanwhile
+        finally:
+            self._reading = None
         if self._wanted != scene:
             return  # the viewer has chosen another one meanwhile
         self._wanted = None

@@ -1,5 +1,6 @@
 """What the stream does with those who ask for too much, and with edits."""
 
+import asyncio
 import json
 import os
 import signal
@@ -21,7 +22,7 @@ from gpu.settings import RenderSettings
 from server.scenes import changed_files
 from server.walk import stream, viewer
 from server.walk.viewer import MESSAGE_BURST, MESSAGE_RATE
-from server.wire.browser import PROTOCOL, parse_viewer_message
+from server.wire.browser import PROTOCOL, SceneInfo, parse_viewer_message
 from server.wire.worker import SceneRef
 
 Visit = Callable[[Running], Walker]
@@ -280,6 +281,37 @@ def test_who_looks_at_a_file_that_is_written_anew_sees_that_with_the_edits_that_
     walker.frame()
     (scene,) = running.service.viewing.values()
     assert scene.stamp == 2e18
+
+
+def test_who_chooses_another_scene_does_not_wait_for_the_one_before(
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer, "LEFT_SECONDS", 0.1)
+    for name in ("long.glb", "hall.glb"):
+        (tmp_path / name).write_bytes(b"")
+    running = serve(scenes_dir=tmp_path)
+    residency, begun, abandoned = running.service.residency, Event(), Event()
+    open_at_once = residency.open
+
+    async def open_(scene: SceneRef, client: int) -> SceneInfo:
+        try:
+            if scene.id == "long.glb":
+                begun.set()
+                await asyncio.sleep(3600.0)
+        except asyncio.CancelledError:
+            abandoned.set()
+            raise
+        return await open_at_once(scene, client)
+
+    monkeypatch.setattr(residency, "open", open_)
+    walker = visit(running)
+    walker.send("hello", protocol=PROTOCOL, size=[64, 36], scene="long.glb")
+    assert begun.wait(PATIENCE)
+    walker.send("settings", id=1, scene="hall.glb")
+    assert walker.word("scene")["id"] == "hall.glb"
+    assert abandoned.wait(PATIENCE)
+    walker.pose(1)
+    walker.frame()
 
 
 def test_who_looks_at_a_scene_sees_what_is_written_anew_beside_it(
