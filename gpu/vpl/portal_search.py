@@ -1,8 +1,8 @@
 """Finds portals (gpu.lights.portals): a few small strips through which much of the light comes into view.
 
 Light's ways are those of random walks from the cameras (gpu.vpl.camera_walks), back from where a sample of an emitter
-lights a vertex. A way comes into view at its first point that is seen from half as many of the walks' first vertices as
-any of its points: the sky's in a window, those out of a room next door in the gap of the door.
+lights a vertex. A way comes into view at its first point that is seen from two thirds as many of the walks' first
+vertices as any of its points: the sky's in a window, those out of a room next door in the gap of the door.
 """
 
 from dataclasses import dataclass
@@ -40,14 +40,14 @@ class PortalSearch:
     followed: int = 512
     brightest: float = 4.0
     looks: int = 16
-    seen: float = 0.5
+    seen: float = 0.65
     step: float = 0.1
     finer: int = 8
     farthest: int = 64
-    radius: float = 2.0
+    radius: float = 3.0
     margin: float = 0.6
     least: int = 3
-    share: float = 0.125
+    share: float = 0.2
 
 
 PORTAL_SEARCH: PortalSearch = parameters(PortalSearch)
