@@ -124,17 +124,15 @@ class PortalFinder:
         self._worth.zero_()
         inputs = [scene, table, self._vertices, self._emitter, self._worth, self._point]
         launch(lit_vertex_kernel(part_glass_of(scene)), self._vertices.size, inputs, self._device)
-        step, ways = chosen.step * self._free_path(), self._ways(table)
-        points = points_on(ways, step, chosen.farthest)
-        last = np.flatnonzero(np.append(points.way[1:], -1) != points.way)
-        first = np.append(0, last + 1)[: len(last)]
-        begins, ends = np.split(self._views(scene, points.place[np.append(first, last)]), 2)
-        out_of_view = points.way[last[begins < chosen.seen * ends]]
+        vertices = self._vertices.numpy()
+        step, ways = chosen.step * free_path(vertices[: chosen.ways]), self._ways(vertices["position"], table)
+        begins, ends = np.split(self._views(scene, ends_of(ways, step, chosen.farthest).reshape(-1, 3)), 2)
+        out_of_view = np.flatnonzero(begins < chosen.seen * ends).astype(np.int32)
         followed = min(len(out_of_view), chosen.followed)
         if followed == 0:
             return None
-        out_of_view = out_of_view[np.arange(followed) * len(out_of_view) // followed]
-        points = points_on(ways.taken(out_of_view), step, chosen.farthest)
+        taken = out_of_view[np.arange(followed) * len(out_of_view) // followed]
+        points = points_on(ways.taken(taken), step, chosen.farthest)
         views = self._views(scene, points.place)
         most = np.zeros(followed, np.int32)
         np.maximum.at(most, points.way, views)
@@ -143,8 +141,7 @@ class PortalFinder:
         if len(come) == 0:
             return None
         place = self._finer(scene, points.taken(come), step, enough[come])
-        all_ways = len(ways.count) * followed / np.count_nonzero(begins < chosen.seen * ends)
-        return self._portals(place, points.along[come], step, all_ways)
+        return self._portals(place, points.along[come], step, chosen.ways * followed / len(out_of_view))
 
     def _views(self, scene: SceneData, places: Floats) -> Ints:
         """From how many of `looks` vertices each of `places` (point, 3) is seen, (point,)."""
@@ -154,15 +151,10 @@ class PortalFinder:
         launch(in_view_kernel(part_glass_of(scene)), len(places), inputs, self._device)
         return np.asarray(views.numpy())
 
-    def _free_path(self) -> float:
-        """The median length of walks' first ways, in unit space; 0 where there is none."""
-        found = self._vertices.numpy()
-        both = found["normal"][:, :2].any(axis=2).all(axis=1)
-        ways = found["position"][both, 1] - found["position"][both, 0]
-        return float(np.median(np.linalg.norm(ways, axis=1))) if len(ways) else 0.0
-
-    def _ways(self, table: LightTable) -> Ways:
-        """As many of each light as it brings. Suns' own lines are left out, since their paths have maps."""
+    def _ways(self, vertices: Floats, table: LightTable) -> Ways:
+        """As many of each light as it brings to vertices (walk, vertex, 3). Suns' own lines are left out, since their
+        paths have maps.
+        """
         chosen, worth = self._chosen, self._worth.numpy().astype(np.float64)
         if not worth.any():
             return Ways(np.zeros((0, 2, 3), np.float32), np.zeros(0, np.int32))
@@ -170,11 +162,12 @@ class PortalFinder:
         drawn = np.searchsorted(ends, (np.arange(chosen.ways) + 0.5) / chosen.ways * ends[-1])
         walk, last = np.divmod(drawn, worth.shape[1])
         corners = np.zeros((chosen.ways, worth.shape[1] + 1, 3), np.float32)
-        corners[:, :-1] = self._vertices.numpy()["position"][walk]
+        corners[:, :-1] = vertices[walk]
         corners[np.arange(chosen.ways), last + 1] = self._point.numpy()[walk, last]
         light = self._emitter.numpy()[walk, last] - table.triangle_count - table.sky_count
         by_sun = (light >= 0) & (table.lights.numpy()["kind"][np.maximum(light, 0)] == DIRECTIONAL)
-        return Ways(corners, np.asarray(last + np.where(by_sun, 1, 2), np.int32))
+        count = np.asarray(last + np.where(by_sun, 1, 2), np.int32)
+        return Ways(corners[count > 1], count[count > 1])
 
     def _finer(self, scene: SceneData, points: WayPoints, step: float, enough: Doubles) -> Floats:
         """Where within the last `step` before `points`, which are seen by `enough` (point,), ways come into view."""
@@ -187,10 +180,12 @@ class PortalFinder:
     def _portals(self, place: Floats, along: Floats, step: float, ways: float) -> "Portals | None":
         """For those of so many ways that come into view at `place` in the direction `along`, (way, 3) each."""
         chosen, strips = self._chosen, np.zeros(MOST_PORTALS, layout_of(Portal))
-        near = np.linalg.norm(place[:, None] - place[None], axis=2) < chosen.radius * step
-        left, count = np.ones(len(place), bool), 0
+        offset = (place - place.mean(axis=0)) / np.float32(chosen.radius * step)
+        square = (offset**2).sum(axis=1)
+        near = square[:, None] + square - 2.0 * offset @ offset.T < 1.0
+        counted, left, count = near.astype(np.float32), np.ones(len(place), bool), 0
         while count < MOST_PORTALS:
-            together = (near & left).sum(axis=1)
+            together = counted @ left.astype(np.float32)
             if together.max() < chosen.least:
                 break
             own = near[int(together.argmax())] & left
@@ -203,6 +198,27 @@ class PortalFinder:
         portals.count = wp.array([count], dtype=int, device=self._device)
         portals.strips = struct_array(Portal, strips, self._device)
         return portals
+
+
+def free_path(vertices: Any) -> float:
+    """The median length of walks' first ways, in unit space, of WalkVertex (walk, vertex); 0 where there is none."""
+    both = vertices["normal"][:, :2].any(axis=2).all(axis=1)
+    ways = vertices["position"][both, 1] - vertices["position"][both, 0]
+    return float(np.median(np.linalg.norm(ways, axis=1))) if len(ways) else 0.0
+
+
+def ends_of(ways: Ways, step: float, farthest: int) -> Floats:
+    """Points half a step behind where light begins, or no more than `farthest` steps from the end of its first line,
+    and half a step before it arrives, (2, way, 3).
+    """
+    every, corners = np.arange(len(ways.count)), ways.corners
+    begin, towards = corners[every, ways.count - 1], corners[every, ways.count - 2]
+    points = []
+    for near, far, back in ((towards, begin, farthest - 0.5), (corners[:, 0], corners[:, 1], 0.5)):
+        length = np.linalg.norm(far - near, axis=1)
+        along = np.minimum(back * step, np.maximum(length - 0.5 * step, 0.5 * length)) / np.maximum(length, 1e-12)
+        points.append(near + (far - near) * along[:, None])
+    return np.asarray(points, np.float32)
 
 
 def points_on(ways: Ways, step: float, farthest: int) -> WayPoints:

@@ -11,7 +11,7 @@ from gpu.lights.build import build_light_table
 from gpu.lights.portals import Portals
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Sky
-from gpu.vpl.portal_search import PortalFinder, Ways, first_in_view, points_on, strip_of
+from gpu.vpl.portal_search import PortalFinder, Ways, ends_of, first_in_view, free_path, points_on, strip_of
 from gpu.vpl.seen_paths import walked
 
 DARK, BRIGHT = (look_at((x, 0.0, 0.3), (x, 0.0, -0.3)) for x in (-0.1, 0.3))
@@ -100,6 +100,19 @@ def test_points_lie_in_the_order_of_light_on_each_way() -> None:
     assert points.along[0] == pytest.approx([0.0, -1.0, 0.0])
     assert points.along[3] == pytest.approx([-1.0, 0.0, 0.0])
     assert points.place[5:, 2] == pytest.approx([1.75, 1.25])
+
+
+def test_ends_of_ways_are_beside_the_light_and_beside_what_it_lights() -> None:
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [1, 2, 0]], [[0, 0, 1], [0, 0, 9], [9, 9, 9]]], np.float32)
+    begins, ends = ends_of(Ways(corners, np.array([3, 2], np.int32)), 0.5, 8)
+    assert begins == pytest.approx(np.array([[1.0, 1.75, 0.0], [0.0, 0.0, 4.75]]))
+    assert ends == pytest.approx(np.array([[0.25, 0.0, 0.0], [0.0, 0.0, 1.25]]))
+
+
+def test_the_free_path_is_that_between_first_vertices() -> None:
+    walks = walked(rooms(DARK)).numpy()
+    assert 0.2 < free_path(walks) < 0.8
+    assert free_path(np.zeros_like(walks)) == 0.0
 
 
 def test_a_way_comes_into_view_once_and_not_where_it_begins() -> None:
