@@ -332,14 +332,18 @@ def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
         if cos_light > 0.0 and wp.dot(surface.geometric_normal, light) > 0.0:
             cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
             cos_half = wp.dot(surface.normal, wp.normalize(view + light))
-            lobe = sheen_lobe(cos_view, cos_light, cos_half, surface.sheen_roughness)
-            value = value * left_on_way(surface, cos_view, cos_light) + surface.sheen * lobe
+            value = value * left_on_way(surface, cos_view, cos_light)
+            if surface.sheen_roughness > 0.0:
+                lobe = sheen_lobe(cos_view, cos_light, cos_half, surface.sheen_roughness)
+                value += surface.sheen * lobe
     return value
 
 
 @wp.func
 def even_sheen(surface: Surface, view: wp.vec3) -> wp.vec3:
     """The part of `even_reflectance` that fibres have."""
+    if surface.sheen_roughness <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
     return surface.sheen * sheen_reflectance(wp.dot(surface.normal, view), surface.sheen_roughness)
 
 

@@ -43,8 +43,9 @@ class Surface:
     [1/unit length];
     crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
     all that, of roughness coat_roughness and with a normal of its own. sheen: colour of fibres, of roughness
-    sheen_roughness, over what is no glass; what they take of the light that comes from there to where the surface is
-    seen from, diffuse, f0 and f90 are without. film: how much of a thin film is over the faces that reflect, of index
+    sheen_roughness, over what is no glass; below zero where they take light and send none (gpu.gbuffer.drawn_side);
+    what they take of the light that comes from there to where the surface is seen from, diffuse, f0 and f90 are
+    without. film: how much of a thin film is over the faces that reflect, of index
     film_ior and film_thickness [nm]; film_f0: specular reflectance below it over f90, at normal incidence. f0 is that
     with which Schlick's law has the film's colour from where the surface is seen. grain: where highlights are long, a
     direction across `normal` that is as long as α along it is nearer to 1; zero without. through: what the diffuse lobe
@@ -219,7 +220,7 @@ def left_by_sheen(surface: Surface, cosine: float) -> float:
     """What fibres leave of light at an angle of `cosine` to what is below them (the extension's albedo scaling)."""
     color = surface.sheen
     most = wp.max(color[0], wp.max(color[1], color[2]))
-    return 1.0 - most * sheen_reflectance(cosine, surface.sheen_roughness)
+    return 1.0 - most * sheen_reflectance(cosine, wp.abs(surface.sheen_roughness))
 
 
 @wp.func

@@ -7,9 +7,9 @@ import warp as wp
 
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import is_translucent, largest
+from gpu.device_scene.bsdf import is_fibrous, is_translucent, largest
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, even_through, turned
+from gpu.device_scene.even_light import SIDE_PAIR, even_reflectance, even_through, left_by_fibres, turned
 from gpu.gbuffer.specular_chain import ChainEnd, ChainSamples
 from gpu.sampling.sobol import sobol_pair_at
 
@@ -26,8 +26,8 @@ def drawn_side(end: ChainEnd, samples: ChainSamples, pixel: int, image: ImageSiz
     mixed = surface.glass > 0.0 and not samples.lobes
     if end.face == NO_HIT or mixed or not is_translucent(surface):
         return end
-    through = largest(even_through(surface))
-    front = largest(even_reflectance(surface, end.to_viewer) - even_through(surface))
+    through = largest(even_through(surface, end.to_viewer))
+    front = largest(even_reflectance(surface, end.to_viewer) - even_through(surface, end.to_viewer))
     share = float(1.0)
     if front > LEAST_SCATTERED:
         share = wp.clamp(through / (through + front), LEAST_OFTEN, 1.0 - LEAST_OFTEN)
@@ -35,6 +35,12 @@ def drawn_side(end: ChainEnd, samples: ChainSamples, pixel: int, image: ImageSiz
     if sobol_pair_at(place, samples.frame_index[0], SIDE_PAIR, samples.seed).x < share:
         normal = surface.geometric_normal
         end.surface = turned(surface, end.to_viewer)
+        if is_fibrous(surface):
+            # What they take depends on where light comes from; they are on the side that is seen.
+            end.surface.diffuse = end.surface.diffuse / left_by_fibres(surface, end.to_viewer)
+            end.surface.albedo = end.surface.diffuse
+            end.surface.sheen = surface.sheen
+            end.surface.sheen_roughness = -surface.sheen_roughness
         end.to_viewer = end.to_viewer - normal * (2.0 * wp.dot(normal, end.to_viewer))
         end.throughput = end.throughput / share
     else:

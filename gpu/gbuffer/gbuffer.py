@@ -132,7 +132,12 @@ def behind_share(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     """The share of what an SP reflects by its albedo that is of light from behind."""
     if not gbuffer.translucent:
         return wp.vec3(0.0, 0.0, 0.0)
-    through = even_through(surface_of(gbuffer, pixel))
+    surface = surface_of(gbuffer, pixel)
+    if pixel < gbuffer.sheen.shape[0]:
+        fibres = gbuffer.sheen[pixel]
+        surface.sheen = wp.vec3(fibres[0], fibres[1], fibres[2])
+        surface.sheen_roughness = fibres[3]
+    through = even_through(surface, gbuffer.to_camera[pixel])
     return wp.cw_div(through, wp.max(gbuffer.albedo[pixel], LEAST_REFLECTED))
 
 

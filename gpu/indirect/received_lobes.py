@@ -20,7 +20,7 @@ def received_by_lobe(gbuffer: GBuffer, pixel: int, to_light: wp.vec3) -> wp.vec3
             albedo = gbuffer.albedo[pixel]
             if gbuffer.translucent:
                 # Of the albedo, light from the viewer's side has this.
-                albedo -= even_through(surface)
+                albedo -= even_through(surface, view)
             surface.through = wp.vec3(0.0, 0.0, 0.0)
             even = even_reflectance(surface, view)
             albedo = wp.max(albedo, LEAST_REFLECTED)

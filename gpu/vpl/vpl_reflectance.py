@@ -46,7 +46,7 @@ def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> VplR
         found.even = even_reflectance(surface, normal) * counted
         found.spread = spread_reflectance(surface, normal, 1.0) * counted
         if is_translucent(surface):
-            found.through = even_through(surface) * left
+            found.through = even_through(surface, normal) * left
         if scene.blended:
             found.share = wp.max(part_at(scene, hit, towards).there, LEAST_SHARE)
     return found

@@ -133,8 +133,8 @@ def test_cloth_reflects_even_light_by_its_fibres_and_what_is_below() -> None:
     velvet = replace(grey(0.5), sheen_color=(0.0, 0.5, 0.0), sheen_roughness=0.5)
     seen = look(resident_of([*box()], [velvet]), look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), yfov_degrees=5.0))
     assert np.allclose(seen["sheen"], [0.0, 0.5, 0.0, 0.5])
-    fibres = 0.5 * 0.027  # E(1, 0.5) of the green channel
-    assert np.allclose(seen["albedo"], 0.5 * (1.0 - fibres) + np.array([0.0, fibres, 0.0]), atol=0.005)
+    fibres, taken = 0.5 * 0.027, 0.5 * 0.144  # E(1, 0.5) of the green channel, and the mean of what either way takes
+    assert np.allclose(seen["albedo"], 0.5 * (1.0 - taken) + np.array([0.0, fibres, 0.0]), atol=0.006)
     assert np.allclose(seen["diffuse"], 0.5 * (1.0 - fibres), atol=0.005)
 
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -106,7 +107,14 @@ def test_later_frames_have_light_of_walls_that_shine_as_path_tracing_has() -> No
         assert later[part].mean() == pytest.approx(paths[part].mean(), rel=0.018)
 
 
-@pytest.mark.parametrize("parting", [CURTAIN, Material(transmission=0.5, roughness=0.0, double_sided=True)])
+@pytest.mark.parametrize(
+    "parting",
+    [
+        CURTAIN,
+        replace(CURTAIN, sheen_color=(0.8, 0.8, 0.8), sheen_roughness=0.5),
+        Material(transmission=0.5, roughness=0.0, double_sided=True),
+    ],
+)
 def test_later_frames_show_both_sides_of_a_curtain_or_pane_as_path_tracing_does(parting: Material) -> None:
     room, frames = curtained_room(parting), 36
     renderers = (

@@ -68,6 +68,12 @@ _LEADING = {
 }
 
 
+# What a picture lacks without an extension, where its name alone would not tell.
+_LEFT_OUT = {
+    "EXT_lights_image_based": ": the light around the scene is left out; --environment takes a picture of one",
+}
+
+
 @dataclass
 class _Found:
     """How often a key that is not known, and an extension of a kind of object, is in the file; keys of extras."""
@@ -86,7 +92,8 @@ def say_unused(document: Document, nodes: Iterable[PlacedNode], materials: Colle
             document.ignored.add_count(f"{path} is not used", count)
     for name in dict.fromkeys([*used_extensions(document), *found.extensions]):
         if name not in SUPPORTED:
-            document.ignored.add(f"extension {name} is not supported and was ignored{_where(found, name)}")
+            lost = _LEFT_OUT.get(name, "")
+            document.ignored.add(f"extension {name} is not supported and was ignored{lost}{_where(found, name)}")
     if found.extras:
         listed, more = list(found.extras)[:_LISTED], len(found.extras) - _LISTED
         document.notes.add(f"extras are not used: {', '.join(listed)}{f' and {more} more' if more > 0 else ''}")

@@ -47,6 +47,14 @@ def test_extensions_are_said_with_what_has_them_declared_or_not(gltf: GltfFile) 
     )
 
 
+def test_light_around_that_is_left_out_is_said(gltf: GltfFile) -> None:
+    gltf.json["extensionsUsed"] = ["EXT_lights_image_based"]
+    gltf.json["extensions"] = {"EXT_lights_image_based": {"lights": [{"intensity": 1.0}]}}
+    gltf.mesh_node()
+    said = "extension EXT_lights_image_based is not supported and was ignored: the light around the scene is left out;"
+    assert any(said in line for line in gltf.load().report.ignored)
+
+
 def test_keys_of_extras_are_listed(gltf: GltfFile) -> None:
     gltf.mesh_node(extras={f"key{number}": 0 for number in range(10)})
     gltf.json["asset"]["extras"] = {"title": "house"}
