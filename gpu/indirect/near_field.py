@@ -49,7 +49,7 @@ class NearFieldParameters:
     known_period: of the SPs whose light earlier frames found, one in so many has a ray, which counts as often.
     clearance: how far above its surface the way between two of its points is traced, as a share of its length.
     usual_share: where no VPL tells the radiosity, rays go on; those that count for less do so by chance, and then count
-    for as much. most_usual_area: of VPLs (RadiosityCache), that of 65,536; where there are fewer, no ray goes on: so
+    for as much. most_usual_area: of VPLs (RadiosityCache), that of 6,400; where there are fewer, no ray goes on: so
     much would be found by paths that single ones were seen.
     """
 
@@ -59,7 +59,7 @@ class NearFieldParameters:
     known_period: int = 3
     clearance: float = 0.1
     usual_share: float = 0.1
-    most_usual_area: float = 2.5e-4
+    most_usual_area: float = 2.5e-3
 
 
 NEAR_FIELD_PARAMETERS: NearFieldParameters = parameters(NearFieldParameters)
