@@ -27,7 +27,7 @@ def make_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, capt
     """Make a light set that is not kept, beside the frame's stages so far, which must not read it.
 
     captured: its making may be replayed; then radiosity is made beside the stages up to `near`, unless something that
-    runs apart from these reads it.
+    runs apart from these reads it, or nobody has asked for it yet: who does finds it at once.
     """
     sets, key, radiosity = setup.light_sets, stages.graph_key, list[Callable[[], None]]()
     see_through = setup.device_scene.features(lambertian=setup.settings.lambertian).see_through
@@ -35,7 +35,7 @@ def make_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, capt
 
     def run(name: str, part: Callable[[], None]) -> None:
         stages.graph_key = light_set.numbers
-        if name == "radiosity" and begins_near:
+        if name == "radiosity" and begins_near and light_set.cache is not None:
             radiosity.append(part)
         else:
             stages.run(name, part, repeats=captured)

@@ -1,3 +1,5 @@
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 
 import pytest
@@ -30,6 +32,44 @@ def test_a_set_is_kept_once_it_is_made_unless_settings_forbid_that(setup: Render
     assert keeps_lights(setup, light_set)
     anew = replace(setup, settings=setup.settings.model_copy(update={"skip": Skips(unchanged_lights=False)}))
     assert not keeps_lights(anew, light_set)
+
+
+class StagesOfAGpu(Stages):
+    """Runs what is forked last of all."""
+
+    def __init__(self) -> None:
+        self.graph_key, self.stepwise, self.forked = (), False, list[Callable[[], None]]()
+
+    def run(self, name: str, work: Callable[[], None], **_: object) -> None:
+        """At once."""
+        work()
+
+    def fork(self, name: str, part: str, work: Callable[[], None], **_: object) -> None:
+        """Later."""
+        self.forked.append(work)
+
+    def flush(self) -> None:
+        """Nothing waits for that."""
+
+    def beside(self) -> AbstractContextManager[None]:
+        """In order."""
+        return nullcontext()
+
+
+@pytest.mark.parametrize("asked_before", [False, True])
+def test_a_set_stays_made_whenever_its_radiosity_is_asked_for(setup: RenderSetup, asked_before: bool) -> None:
+    sets, stages = LightSets(setup.device_scene), StagesOfAGpu()
+    own, choice = replace(setup, light_sets=sets), light_set_choice(setup)
+    light_set = sets.made(choice, setup.progress) if asked_before else sets.at(choice)
+    if asked_before:
+        sets.radiosity(light_set)
+    make_lights(own, light_set, stages, captured=True)
+    sets.radiosity(light_set)
+    for work in stages.forked:
+        work()
+    sets.settle()
+    assert sets.is_current(light_set)
+    assert len(stages.forked) == asked_before
 
 
 def test_sets_of_a_still_view_differ_by_their_seeds_alone(setup: RenderSetup) -> None:
