@@ -34,8 +34,8 @@ class ClusterRunBounds:
 
     place (place,): a position, and whose, as a float; −1 behind the last. normal (place,): the normal there. sphere
     (run,): centre and radius of one that holds the run, a radius of −1 for one behind the last; cone (run,): an axis
-    and the cosine of an angle with it, beyond which no normal is like one of the run's. group_sphere, group_cone
-    (group,): as those, of RUNS_PER_GROUP runs each.
+    and the cosine of an angle with it, beyond which no normal is like one of the run's, as `widest_cosine` tells it.
+    group_sphere, group_cone (group,): as those, of RUNS_PER_GROUP runs each.
     """
 
     place: wp.array[wp.vec4]
@@ -50,6 +50,12 @@ class ClusterRunBounds:
 def xyz(v: wp.vec4) -> wp.vec3:
     """A vector's first three."""
     return wp.vec3(v[0], v[1], v[2])
+
+
+@wp.func
+def widest_cosine(angle: float) -> float:
+    """The cosine of an angle; below that of any two vectors, however rounded, where nothing is beyond it."""
+    return wp.where(angle >= PI, -2.0, wp.cos(angle))
 
 
 @wp.kernel
@@ -94,7 +100,7 @@ def bound_runs_kernel(first: int, clusters: Representatives, items: wp.array[int
         n = clusters.normal[items[place]]
         radius = wp.max(radius, wp.length(p - centre) * WIDER)
         spread = wp.max(spread, wp.acos(wp.clamp(wp.dot(axis, n), -1.0, 1.0)))
-    alike = wp.cos(wp.min(spread + wp.acos(clusters.chosen.normal_threshold) + ROUNDING, PI))
+    alike = widest_cosine(spread + wp.acos(clusters.chosen.normal_threshold) + ROUNDING)
     runs.sphere[run] = wp.vec4(centre[0], centre[1], centre[2], radius)
     runs.cone[run] = wp.vec4(axis[0], axis[1], axis[2], alike)
 
@@ -122,7 +128,7 @@ def bound_groups_kernel(first: int, runs: ClusterRunBounds) -> None:
         radius = wp.max(radius, (wp.length(xyz(sphere) - centre) + sphere[3]) * WIDER)
         between = wp.acos(wp.clamp(wp.dot(axis, xyz(cone)), -1.0, 1.0))
         spread = wp.max(spread, between + wp.acos(wp.clamp(cone[3], -1.0, 1.0)))
-    alike = wp.cos(wp.min(spread + ROUNDING, PI))
+    alike = widest_cosine(spread + ROUNDING)
     runs.group_sphere[group] = wp.vec4(centre[0], centre[1], centre[2], radius)
     runs.group_cone[group] = wp.vec4(axis[0], axis[1], axis[2], alike)
 

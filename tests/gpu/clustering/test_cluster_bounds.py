@@ -68,6 +68,22 @@ def test_it_finds_what_a_look_at_each_finds(share: float) -> None:
     assert np.array_equal(found, results(all_kernel, 3000, [clusters, *points], wp.int32))
 
 
+def test_it_finds_those_of_both_sides_of_a_thin_wall() -> None:
+    rng, missed = np.random.default_rng(5), list[int]()
+    for count in range(8, 12):
+        for _ in range(8):
+            axis = rng.normal(size=3)
+            sides = [rng.choice([1.0, -1.0], number, p=[0.8, 0.2])[:, None] for number in (count, 200)]
+            (position, normal), points = ((rng.uniform(-0.5, 0.5, (len(it), 3)), it * axis) for it in sides)
+            length = np.linalg.norm(axis)
+            clusters = clusters_at(position, normal / length, np.ones(count))
+            wanted = [column(points[0], wp.vec3), column(points[1] / length, wp.vec3)]
+            inputs = [clusters, bounds_of(clusters), *wanted, column(np.zeros(200), wp.int32), 1]
+            found = results(runs_kernel, 200, inputs, wp.int32)
+            missed.append(np.count_nonzero(found != results(all_kernel, 200, [clusters, *wanted], wp.int32)))
+    assert missed == [0] * len(missed)
+
+
 @NEEDS_CUDA
 def test_eight_threads_find_what_one_does_on_cuda() -> None:
     count, number, device = 70 * int(PER_RUN) + 3, 3000, wp.get_device("cuda:0")
