@@ -13,6 +13,7 @@ from typing import TypeVarTuple
 import warp as wp
 
 from gpu.core.code_generation import tell_constants
+from gpu.core.device import RAY_REGISTERS
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
@@ -69,6 +70,13 @@ def cutouts_of(scene: SceneData) -> SceneFeatures:
 def part_glass_of(scene: SceneData) -> SceneFeatures:
     """All features, but part glass only as `scene` has it for rays of a renderer."""
     return replace(EVERYTHING, part_glass=scene.part_glass)
+
+
+def ray_registers(features: SceneFeatures) -> int | None:
+    """The most registers of a kernel that only asks what its rays meet: part glass has surfaces looked at, which takes
+    so many that few threads run at once. None: as many as it takes.
+    """
+    return RAY_REGISTERS if features.part_glass else None
 
 
 @cache

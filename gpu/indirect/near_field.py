@@ -20,7 +20,7 @@ from gpu.device_scene.offsets import offset_origin
 from gpu.device_scene.panes import crossed_tint
 from gpu.device_scene.rays import blocking, closest_hit
 from gpu.device_scene.sides import triangle_normal
-from gpu.device_scene.specialisation import cutouts_of, made_for, masks_of, specialisation
+from gpu.device_scene.specialisation import cutouts_of, made_for, masks_of, ray_registers, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -100,7 +100,7 @@ def near_field_ray_kernel(features: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes of these `features`."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=ray_registers(features))
     def near_field_ray_kernel(
         first: int,
         scene: SceneData,
@@ -168,7 +168,7 @@ def near_field_light_kernel(features: SceneFeatures, blocked: wp.Function) -> wp
     """The kernel that looks along the surface with `blocked`, as of is_apart_of."""
     specialise, is_apart = specialisation(features), is_apart_of(blocked)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=ray_registers(features))
     def near_field_light_kernel(
         first: int,
         scene: SceneData,

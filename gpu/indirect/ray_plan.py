@@ -22,7 +22,7 @@ from gpu.core.intrinsics import bit_count, lowest_bit, room_in
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.specialisation import made_for, specialisation
+from gpu.device_scene.specialisation import made_for, ray_registers, specialisation
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import disk_at
@@ -153,7 +153,7 @@ def arriving_light_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kerne
     """The kernel that traces with `see`, as gpu.indirect.visibility.visibility_ray_kernel."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=ray_registers(features))
     def arriving_light_kernel(first: int, scene: SceneData, sps: SpClusters, vpls: VplClusters, parts: wp.array[float],
                               picks: wp.array[int], arriving: wp.array[float]) -> None:  # fmt: skip
         """One thread an ARRIVAL_RAYS-th of `pair_light_kernel`'s parts at one new representative: arriving (ray,

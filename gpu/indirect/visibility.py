@@ -12,7 +12,7 @@ from gpu.core.intrinsics import lowest_bit
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import connection, free_path
-from gpu.device_scene.specialisation import cutouts_of, made_for, specialisation
+from gpu.device_scene.specialisation import cutouts_of, made_for, ray_registers, specialisation
 from gpu.indirect.ray_plan import (
     ARRIVAL_RAYS,
     PARTS,
@@ -47,7 +47,7 @@ def visibility_ray_kernel(features: SceneFeatures, see: wp.Function) -> wp.Kerne
     """
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=ray_registers(features))
     def visibility_ray_kernel(
         first: int,
         scene: SceneData,

@@ -7,7 +7,7 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.panes import tint_between
 from gpu.device_scene.rays import connection
-from gpu.device_scene.specialisation import cutouts_of, made_for, specialisation
+from gpu.device_scene.specialisation import cutouts_of, made_for, ray_registers, specialisation
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.vpl.vpl_clusters import VplClusters
@@ -103,7 +103,7 @@ def shadow_ray_kernel(features: SceneFeatures, connect: wp.Function) -> wp.Kerne
     """The kernel that traces with `connect`, gpu.device_scene.rays.connected or a variant of it."""
     specialise = specialisation(features)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=ray_registers(features))
     def shadow_ray_kernel(
         first: int, scene: SceneData, gbuffer: GBuffer, points: PointList, vpls: VplClusters, rays: ShadowRays
     ) -> None:

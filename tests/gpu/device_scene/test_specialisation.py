@@ -5,13 +5,14 @@ import pytest
 import warp as wp
 from scenes import box, grey, resident_of
 
-from gpu.core.device import launch
+from gpu.core.device import RAY_REGISTERS, launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.specialisation import (
     cutouts_of,
     made_for,
     masks_of,
+    ray_registers,
     specialisation,
     surface_specialisation,
 )
@@ -117,3 +118,8 @@ def test_gpus_are_told_where_no_texture_tells_how_much_there_is(texel: int, cuto
     for view in (on_gpus.view(lambertian=True), device_scene.view(lambertian=False)):
         assert cutouts_of(view).cutouts
     assert cutouts_of(on_gpus.generalised().view(lambertian=False)).cutouts
+
+
+def test_rays_that_look_at_part_glass_have_no_more_registers_than_paths() -> None:
+    assert ray_registers(EVERYTHING) == RAY_REGISTERS
+    assert ray_registers(replace(EVERYTHING, part_glass=False)) is None
