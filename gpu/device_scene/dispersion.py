@@ -4,7 +4,7 @@ goes on in one of them.
 
 import warp as wp
 
-from gpu.device_scene.surface import Surface
+from gpu.device_scene.surface import MIN_IOR, Surface
 
 # Of a path that is of all colours; others are of channel 0, 1 or 2.
 ALL_COLOURS = wp.constant(-1)
@@ -35,8 +35,8 @@ def of_channel(colour: wp.vec3, channel: int) -> wp.vec3:
 
 @wp.func
 def refracting(surface: Surface, channel: int) -> Surface:
-    """The surface as light of a channel meets it."""
+    """The surface as light of a channel meets it; files may have more dispersion than any index is left by."""
     index = wp.max(surface.eta, 1.0 / surface.eta)
-    index += (index - 1.0) * HALF_SPREAD * surface.dispersion * float(channel - 1)
+    index = wp.max(index + (index - 1.0) * HALF_SPREAD * surface.dispersion * float(channel - 1), MIN_IOR)
     surface.eta = wp.where(surface.eta > 1.0, index, 1.0 / index)
     return surface

@@ -9,7 +9,7 @@ from pictures import picture
 from scenes import box, resident_of, results
 
 from gpu.device_scene.dispersion import disperses, of_channel, refracting
-from gpu.device_scene.surface import Surface
+from gpu.device_scene.surface import MIN_IOR, Surface
 from gpu.scene.camera import look_at
 from gpu.scene.types import Material, Sky
 from gpu.settings import Method
@@ -38,6 +38,13 @@ def test_indices_are_those_of_the_extension() -> None:
     inner = results(index_kernel, 3, [1.0 / 1.5, 2.0], wp.vec4)
     assert inner[:, 0] == pytest.approx(1.0 / outer[:, 0], rel=1e-6)
     assert not results(index_kernel, 3, [1.5, 0.0], wp.vec4)[:, 0].any()
+
+
+@pytest.mark.parametrize("dispersion", [60.0, 120.0, 1e6])
+def test_no_index_is_less_than_that_of_air(dispersion: float) -> None:
+    outer, inner = (results(index_kernel, 3, [eta, dispersion], wp.vec4)[:, 0] for eta in (1.5, 1.0 / 1.5))
+    assert outer[0] == pytest.approx(MIN_IOR, rel=1e-6)
+    assert inner == pytest.approx(1.0 / outer, rel=1e-6)
 
 
 def test_paths_in_one_colour_bring_as_much_light_as_all() -> None:
