@@ -28,8 +28,8 @@ log = logging.getLogger("lumenwalk.renderer")
 
 
 def begin(device: wp.Device) -> Popen[bytes] | None:
-    """Have general kernels compiled for a GPU from now on; None where that is done already, and on a CPU, whose cores
-    frames need.
+    """Have general kernels compiled for a GPU from now on; None where that is done already or no process can be had,
+    and on a CPU, whose cores frames need.
     """
     if not device.is_cuda or _there(device.arch).exists():
         return None
@@ -37,7 +37,11 @@ def begin(device: wp.Device) -> Popen[bytes] | None:
     command = (*module_command("server.worker.warm_ahead"), str(os.getpid()), str(device.arch))
     # No GPU is needed for that, nor memory of one taken.
     environment = clean_environment() | {"CUDA_VISIBLE_DEVICES": ""}
-    return Popen(command, stdin=DEVNULL, stdout=DEVNULL, env=environment, start_new_session=True)
+    try:
+        return Popen(command, stdin=DEVNULL, stdout=DEVNULL, env=environment, start_new_session=True)
+    except OSError as error:
+        log.warning("kernels for scenes to come are not compiled ahead: %s", error)
+        return None
 
 
 def warm_ahead(architecture: int) -> None:

@@ -81,3 +81,11 @@ def test_a_process_whose_parent_is_gone_ends_at_once(tmp_path: Path) -> None:
     environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path)}
     assert subprocess.run(command, env=environment, timeout=60, check=False).returncode == 0
     assert not list(tmp_path.iterdir())
+
+
+def test_where_no_process_can_be_had_frames_go_on_without(runs: list[Run], monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(module, "Popen", refuse)
+    assert begin(GPU) is None
