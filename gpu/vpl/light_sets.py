@@ -116,8 +116,8 @@ class LightSets:
         """Make a set of the scene's light as it is, mostly into the arrays that it has.
 
         run: runs the parts `pilot`, where nobody knows how many paths there are, `portals`, where that finds that light
-        comes by such, `light`, which traces, `vpl-clusters`
-        and `radiosity`, which what is found near field needs; or `relight`, where the paths are as they were.
+        comes by such, `light`, which traces, `vpl-clusters` and `radiosity`, which what is found near field needs; or
+        `relight`, where the paths are as they were.
         """
         was_current = self.is_current(light_set)
         with self._making():
@@ -177,7 +177,7 @@ class LightSets:
         choice, same = light_set.choice, replace(light_set.choice, seed=0)
         features = self._device_scene.features(lambertian=choice.lambertian)
         maker = self._makers.get(same)
-        if maker is None or maker.ends.room < plan.paths or maker.ends.whole != plan.keeps_all:
+        if maker is None or maker.ends.room < plan.paths or (maker.ends.whole and not plan.keeps_all):
             maker = self._makers[same] = self._maker(choice, plan, choice.vpls)
         ends = maker.ends
         light_set.trace_by(maker)

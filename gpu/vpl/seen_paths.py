@@ -54,6 +54,8 @@ SEEN_PARAMETERS: SeenParameters = parameters(SeenParameters)
 # Walks from the cameras and their vertices: those by which portals are found, and the first, which tell all else.
 ALL_WALKS, ALL_VERTICES = 16_384, 3
 WALKS, LENGTH = 8192, 2
+# As for `chance`, of which none is less than 1, however rounded.
+KEEPS_ALL = wp.vec2(2.0 / SEEN_PARAMETERS.least, inf)
 # More paths are traced where at least so many times as many are worth it.
 LEAST_MORE = 2.5
 # Of paths for each VPL that is wanted, each of which takes memory.
@@ -177,14 +179,16 @@ class SeenPathEnds(PathEnds):
         capacity = 0 if whole else self.capacity
         self._lit = wp.zeros(capacity, dtype=int, device=self.device)
         self.carried, self.worth = (wp.zeros(capacity, dtype=float, device=self.device) for _ in range(2))
-        self._kept = wp.full(1, wp.vec2(1.0 / SEEN_PARAMETERS.least, inf), dtype=wp.vec2, device=self.device)
+        self._kept = wp.full(1, KEEPS_ALL, dtype=wp.vec2, device=self.device)
 
     def follow(self, plan: PathPlan) -> None:
-        """Have so many paths, and keep so many of their VPLs, from now on; all are kept before."""
+        """Have so many paths, and keep so many of their VPLs, from now on; all are kept before. Those that are `whole`
+        follow no plan by which some are left out.
+        """
         self.set_paths(plan.paths)
         self.go_through(plan.portals)
-        if not plan.keeps_all:
-            self._kept.fill_(wp.vec2(plan.even, plan.worth))
+        if not self.whole:
+            self._kept.fill_(KEEPS_ALL if plan.keeps_all else wp.vec2(plan.even, plan.worth))
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,), and thin out what they leave."""

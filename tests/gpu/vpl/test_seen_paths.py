@@ -14,7 +14,7 @@ from gpu.lights.light_paths import Vpls
 from gpu.scene.camera import look_at
 from gpu.scene.edits import LightEdit, SceneEdits, edited
 from gpu.scene.types import Camera, Doubles, Light, LightKind
-from gpu.vpl.light_set import LightSetChoice
+from gpu.vpl.light_set import LightSet, LightSetChoice
 from gpu.vpl.light_sets import LightSets
 from gpu.vpl.seen_paths import (
     LEAST_MORE,
@@ -171,3 +171,21 @@ def test_portals_follow_a_lamp_that_is_moved() -> None:
     made(0.4, 0.2, -0.2)
     assert "portals" in told
     assert made(*LAMP.position) == first
+
+
+def test_a_lamp_that_goes_in_and_out_of_view_needs_no_arrays_again_and_has_the_bits_of_one_that_is_there() -> None:
+    base, choice = rooms(DARK), LightSetChoice(2000, 32, BOUNCES, 0, False)
+    inside = SceneEdits(lights={"lamp": LightEdit(position=(-0.3, 0.2, -0.2))})
+
+    def flux(light_set: LightSet) -> bytes:
+        return light_set.clusters.members.flux.numpy()[: light_set.count].tobytes()
+
+    sets, numbers = LightSets(base), set[tuple[int, int]]()
+    behind, seen = base.edited(base.scene), base.edited(edited(base.scene, inside))
+    anew = flux(LightSets(seen).made(choice, lambda *_: None))
+    for state in (seen, behind) * 3:
+        assert sets.follow(state)
+        light_set = sets.made(choice, lambda *_: None)
+        numbers.add(light_set.numbers)
+        assert state is behind or flux(light_set) == anew
+    assert len(numbers) <= 2
