@@ -26,6 +26,8 @@ from gpu.vpl.vpl_clusters import VplClusters
 Progress = Callable[[str, float], None]
 # VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory: 0.8 GB.
 KEPT_VPLS = 1 << 23
+# And plans of light paths, of sets that differ by more than their seeds, as clients may ask for any number of them.
+KEPT_PLANS = 64
 
 
 def _run(name: str, part: Callable[[], None]) -> None:
@@ -170,6 +172,8 @@ class LightSets:
                 run("portals", lambda: pilot.trace(scene, table, features))
                 plan = replace(pilot.plan(choice.vpls), portals=portals)
             self._paths[same] = plan
+            if len(self._paths) > KEPT_PLANS:
+                del self._paths[next(iter(self._paths))]
         return self._paths[same]
 
     def _trace(self, light_set: LightSet, scene: SceneData, plan: PathPlan, run: RunPart) -> tuple[VplMaker, int]:

@@ -64,6 +64,24 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
     assert len(calls) == 2
 
 
+def test_of_many_numbers_of_vpls_the_plans_of_the_last_are_kept(
+    device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned: list[int] = []
+    inner = SeenPilot.plan
+
+    def noted(pilot: SeenPilot, wanted: int) -> PathPlan:
+        planned.append(wanted)
+        return inner(pilot, wanted)
+
+    monkeypatch.setattr(SeenPilot, "plan", noted)
+    monkeypatch.setattr("gpu.vpl.light_sets.KEPT_PLANS", 2)
+    light_sets = LightSets(device_scene)
+    for seed, vpls in enumerate((100, 101, 102, 102, 101, 100)):
+        light_sets.made(replace(CHOICE, vpls=vpls, seed=seed), silent)
+    assert planned == [100, 101, 102, 100]
+
+
 def test_a_set_is_renewed_in_its_own_arrays(device_scene: DeviceScene) -> None:
     light_sets = LightSets(device_scene)
     light_set = light_sets.at(CHOICE)
