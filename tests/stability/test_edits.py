@@ -118,6 +118,32 @@ def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[Scen
         assert found.radiance().tobytes() == Renderer(anew, SIZE, options).render(CAMERA).radiance().tobytes()
 
 
+def test_edits_leave_nothing_of_portals_that_were() -> None:
+    """A bulb next door, whose light comes by a slit, goes in and out of view; so does the slit."""
+    wall = replace(quad((0.1, -0.5, -0.5), (0.0, 0.0, 0.96), (0.0, 1.0, 0.0), 1), name="wall")
+    bulb = Light("bulb", LightKind.POINT, (0.1, 0.2, 0.1), (0.3, 0.3, 0.0))
+    camera = look_at((-0.1, 0.0, 0.3), (-0.1, 0.0, -0.3))
+    scene = replace(scene_of([*box(), wall], [grey(0.7), grey(0.6)], lights=[bulb]), cameras=(camera,))
+    base, options = DeviceScene(scene, "cpu").generalised(), RenderSettings(**COUNTS | {"vpls": 2000})
+    steps = [
+        SceneEdits(lights={"bulb": LightEdit(position=(0.3, -0.2, 0.2))}),
+        SceneEdits(lights={"bulb": LightEdit(position=(-0.3, -0.2, 0.2))}),
+        SceneEdits(materials={"default": MaterialEdit(color=(0.9, 0.2, 0.2))}),
+        SceneEdits(objects={"wall": ObjectEdit(visible=False)}),
+        SceneEdits(lights={"bulb": LightEdit(intensity=2.0)}),
+    ]
+    loaded, state, portals = LoadedScene(SceneRef("room", "room"), scene, base, LightSets(base), scene), None, []
+    for step in steps:
+        before, state = state, edit(loaded, step, state)
+        if state is not before:
+            renderer = Renderer(state.device_scene, SIZE, options, light_sets=state.light_sets)
+        found = renderer.render(camera).radiance().tobytes()
+        anew = DeviceScene(edited(scene, step), "cpu").generalised()
+        assert found == Renderer(anew, SIZE, options).render(camera).radiance().tobytes()
+        portals += [plan.portals is not None for plan in state.light_sets._paths.values()]
+    assert portals == [True, False, True, False, True]
+
+
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.RSM_DISKS, Method.PHOTON_GATHER])
 def test_a_walk_keeps_nothing_of_the_light_before_but_where_things_are(method: Method) -> None:
     """Its clusters stay in place, so that they do not flicker while somebody drags a light."""
