@@ -33,7 +33,7 @@ from gpu.vpl.group_sampling import (
     sample_group,
     sum_parts,
 )
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, colouring, ray_index, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind, out_of_reach
 
 # Of each outlier: arrays have room for so many.
@@ -152,7 +152,8 @@ def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, 
             shares += share
             squares += share * share
             if rays.vpl[index] == vpl:
-                total += light_of(vpls, vpl, share)
+                sent = light_of(vpls, vpl, share)
+                total += sent + wp.cw_mul(sent, colouring(rays, index))
     whole = column_total(table, place)
     found = total * (whole / float(RAYS))
     arrived = brightness(total) / float(RAYS)
@@ -166,14 +167,15 @@ def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, 
 class Refinement:
     """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once.
 
-    A ray's share is its VPL's light over its density, relative to all light. quality: RefinementParameters.
+    A ray's share is its VPL's light over its density, relative to all light. quality: RefinementParameters; tinted: as
+    of `shadow_rays`.
     """
 
-    def __init__(self, capacity: int, vpl_count: int, device: wp.Device,
-                 quality: Any = REFINEMENT_PARAMETERS) -> None:  # fmt: skip
+    def __init__(self, capacity: int, vpl_count: int, device: wp.Device, quality: Any = REFINEMENT_PARAMETERS, *,
+                 tinted: bool = False) -> None:  # fmt: skip
         self.device, self._capacity, self._quality = device, capacity, quality
         self._table = group_table(vpl_count, capacity, device)
-        self._rays = shadow_rays(capacity, RAYS, device, side_by_side=True, control_variate=False)
+        self._rays = shadow_rays(capacity, RAYS, device, side_by_side=True, control_variate=False, tinted=tinted)
 
     def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: wp.array,
             irradiance: wp.array) -> None:  # fmt: skip

@@ -94,10 +94,9 @@ class FuzzyCorrection:
         suspects, worst = (int(sp_clusters * share) for share in (quality.suspected, quality.refined))
         self.suspected = OutlierPoints(frame.pixels, suspects, device)
         self.refined = OutlierPoints(self.suspected.capacity, worst, device)
-        self.bright = BrightPoints(
-            frame.size, int(quality.bright * sp_clusters), device, tinted=frame.features.part_glass
-        )
-        self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
+        tinted = frame.features.part_glass
+        self.bright = BrightPoints(frame.size, int(quality.bright * sp_clusters), device, tinted=tinted)
+        self._refinement = Refinement(self.refined.capacity, vpl_clusters, device, tinted=tinted)
 
     def use(self, sp_clusters: int, passes: float) -> None:
         """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean."""

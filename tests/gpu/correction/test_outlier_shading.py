@@ -81,6 +81,22 @@ def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: P
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 
 
+def test_light_that_rays_bring_is_tinted(fuzzy: Pipeline) -> None:
+    view, lights = fuzzy.view, fuzzy.lights
+
+    def refined(tint: tuple[float, float, float]) -> Doubles:
+        points = view.shading_points
+        refinement = Refinement(points.capacity, lights.count, view.device, UNBOUNDED, tinted=True)
+        refinement._rays.tint.fill_(tint)  # as if traced in a scene with part glass
+        view.indirect.irradiance.fill_(1e6)
+        refinement.run(view.scene, view.gbuffer, points, lights, view.seed, view.indirect.irradiance)
+        return fuzzy.irradiance()[fuzzy.pixels]
+
+    white, tinted = refined((1.0, 1.0, 1.0)), refined((2.0, 0.75, 0.25))
+    assert white.mean() > 0.0
+    assert tinted == pytest.approx(white * (2.0, 0.75, 0.25), rel=1e-4)
+
+
 def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuzzy: Pipeline) -> None:
     many = Pipeline(fuzzy.device_scene, fuzzy.camera, fuzzy.size, sp_clusters=80, vpls=4000, vpl_clusters=800)
     view, before, exact = many.view, many.irradiance(), many.of_members()
