@@ -90,12 +90,13 @@ def error_estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit:
 class Probes:
     """Probes of pictures of `size` (width, height), of one viewer; its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+    def __init__(self, size: tuple[int, int], device: wp.Device, *, tinted: bool = False) -> None:
+        """tinted: as of gpu.vpl.shadow_rays.shadow_rays."""
         self._device = device
         count = min(ON_CUDA if device.is_cuda else ON_CPU, size[0] * size[1])
         self._frame = wp.zeros(1, dtype=int, device=device)
         self._places = ProbePlaces(size, count, device)
-        self._light = ProbeLight(count, device)
+        self._light = ProbeLight(count, device, tinted=tinted)
         self._white = WhitePoint(size[0] * size[1], count, device)
         self._radiance: ProbeRadiance = allocate(ProbeRadiance, count, device)
         self._products = wp.zeros(count, dtype=float, device=device)

@@ -22,7 +22,7 @@ from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, light_of, member_irradiance
 from gpu.vpl.group_sampling import PARTS, GroupTable, sum_parts
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, shadow_rays, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, colouring, shadow_rays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind
 
 # Rays of an estimate at a probe: arrays have room for so many. They leave less noise than the choice of pixels does;
@@ -186,20 +186,23 @@ def probe_light_kernel(first: int, vpls: VplClusters, rays: ShadowRays, light: w
         index = estimate * RAYS + ray
         vpl = rays.vpl[index]
         if vpl >= 0:
-            total += light_of(vpls, vpl, rays.share[index])
+            sent = light_of(vpls, vpl, rays.share[index])
+            total += sent + wp.cw_mul(sent, colouring(rays, index))
     light[estimate] = total
 
 
 class ProbeLight:
     """The light at `count` probes; its arrays are allocated once. light: (probe, 2), flattened [W/m²]."""
 
-    def __init__(self, count: int, device: wp.Device) -> None:
+    def __init__(self, count: int, device: wp.Device, *, tinted: bool = False) -> None:
+        """tinted: as of `shadow_rays`."""
         self.device, self.capacity = device, count
         # A part's light, and then that of the parts before it too: what all threads of a probe compare with is computed
         # once, since sums that round otherwise would lose rays.
         self._parts = GroupTable()
         self._parts.cdf = wp.zeros((PARTS, count), dtype=float, device=device)
-        self._rays = shadow_rays(count, 2 * int(RAYS), device, side_by_side=True, control_variate=False)
+        by_ray = {"side_by_side": True, "control_variate": False, "tinted": tinted}
+        self._rays = shadow_rays(count, 2 * int(RAYS), device, **by_ray)
         self.light = wp.zeros(2 * count, dtype=wp.vec3, device=device)
 
     def gather(self, scene: SceneData, gbuffer: GBuffer, points: PointList, frame: wp.array, vpls: VplClusters) -> None:

@@ -89,7 +89,8 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
     def new_view(self) -> TargetedViewState:
         """One of which nothing is known yet."""
         view = self._method.new_view(TargetedViewState)
-        probes = Probes(view.size, view.device) if self._is_error else None
+        tinted = self._setup.device_scene.features(lambertian=self._setup.settings.lambertian).part_glass
+        probes = Probes(view.size, view.device, tinted=tinted) if self._is_error else None
         view.steering = Steering(self._first_level, probes)
         return view
 
