@@ -125,7 +125,10 @@ class PortalFinder:
         inputs = [scene, table, self._vertices, self._emitter, self._worth, self._point]
         launch(lit_vertex_kernel(part_glass_of(scene)), self._vertices.size, inputs, self._device)
         vertices = self._vertices.numpy()
-        step, ways = chosen.step * free_path(vertices[: chosen.ways]), self._ways(vertices["position"], table)
+        step = chosen.step * free_path(vertices[: chosen.ways])
+        if step == 0.0:  # of what is seen nothing sees anything else
+            return None
+        ways = self._ways(vertices["position"], table)
         begins, ends = np.split(self._views(scene, ends_of(ways, step, chosen.farthest).reshape(-1, 3)), 2)
         out_of_view = np.flatnonzero(begins < chosen.seen * ends).astype(np.int32)
         followed = min(len(out_of_view), chosen.followed)

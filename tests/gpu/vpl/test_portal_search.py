@@ -82,6 +82,15 @@ def test_a_sun_whose_paths_have_a_map_has_none_of_its_own() -> None:
     assert found(under_sky(low)) is None
 
 
+def test_a_block_under_a_sky_has_none() -> None:
+    """Of its surface nothing sees anything else, so there is no length to measure by."""
+    sides = [replace(part, triangles=part.triangles[:, ::-1]) for part in box()]
+    scene = scene_of(sides, [grey(0.6)], sky=Sky((1.0, 1.0, 1.0)))
+    block = DeviceScene(replace(scene, cameras=(look_at((1.2, 1.0, 1.3), (0.0, 0.0, 0.0)),)), "cpu")
+    assert free_path(walked(block).numpy()) == 0.0
+    assert found(block) is None
+
+
 def test_without_a_camera_there_are_none() -> None:
     assert found(DeviceScene(replace(rooms(DARK).scene, cameras=()), "cpu")) is None
 
