@@ -102,7 +102,7 @@ class Viewer:
         )
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
-        self._reading: asyncio.Timeout | None = None  # of a scene
+        self._reading: tuple[SceneRef, asyncio.Timeout] | None = None  # which is read, and until when
         self._shown: tuple[SceneRef, SceneInfo] | None = None
         self._tried: SceneRef | None = None  # what the file of the shown one has become, which was or is to be opened
         self._problem: UserError | None = None  # why that cannot be, of which the viewer is to be told
@@ -214,8 +214,17 @@ class Viewer:
         if scene is not None:
             self._wanted = scene
             self._session.show(None)
-            if self._reading is not None and self._reading.when() is None:
-                self._reading.reschedule(asyncio.get_running_loop().time() + LEFT_SECONDS)
+            self._leave_or_stay(scene)
+
+    def _leave_or_stay(self, scene: SceneRef) -> None:
+        """What is read is waited for no longer than LEFT_SECONDS, unless it is what was chosen last."""
+        if self._reading is None or self._reading[1].expired():
+            return
+        read, until = self._reading
+        if read == scene:
+            until.reschedule(None)
+        elif until.when() is None:
+            until.reschedule(asyncio.get_running_loop().time() + LEFT_SECONDS)
 
     async def _edit(self, message: Edit | Own) -> None:
         edited, viewer = self._service.edited, self._session.viewer
@@ -326,7 +335,8 @@ class Viewer:
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()
         shown, failure = self._shown, None
-        self._reading = reading = asyncio.timeout(None)
+        reading = asyncio.timeout(None)
+        self._reading = scene, reading
         try:
             async with reading:
                 shown = scene, await self._read(scene)

@@ -314,6 +314,33 @@ def test_who_chooses_another_scene_does_not_wait_for_the_one_before(
     walker.frame()
 
 
+def test_who_chooses_the_scene_again_that_is_read_has_it_read_on(
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer, "LEFT_SECONDS", 0.2)
+    for name in ("long.glb", "hall.glb"):
+        (tmp_path / name).write_bytes(b"")
+    running = serve(scenes_dir=tmp_path)
+    residency, begun = running.service.residency, list[str]()
+    open_at_once, first = residency.open, Event()
+
+    async def open_(scene: SceneRef, client: int) -> SceneInfo:
+        begun.append(scene.id)
+        if scene.id == "long.glb":
+            first.set()
+            await asyncio.sleep(1.0)
+        return await open_at_once(scene, client)
+
+    monkeypatch.setattr(residency, "open", open_)
+    walker = visit(running)
+    walker.send("hello", protocol=PROTOCOL, size=[64, 36], scene="long.glb")
+    assert first.wait(PATIENCE)
+    walker.send("settings", id=1, scene="hall.glb")
+    walker.send("settings", id=2, scene="long.glb")
+    assert walker.word("scene")["id"] == "long.glb"
+    assert begun == ["long.glb"]
+
+
 def test_who_looks_at_a_scene_sees_what_is_written_anew_beside_it(
     serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
