@@ -41,6 +41,12 @@ def first_surface(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: 
     hit.t = max_t
     if scene.opaque_count > 0:
         hit = first_hit(scene.opaque, origin, direction, max_t, cull_backs)
+    return nearer_in_part(scene, origin, direction, hit, cull_backs)
+
+
+@wp.func
+def nearer_in_part(scene: SceneData, origin: wp.vec3, direction: wp.vec3, hit: Hit, cull_backs: bool) -> Hit:
+    """A `hit`, or what a ray meets before hit.t of what is there in part."""
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):

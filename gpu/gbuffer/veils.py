@@ -7,10 +7,10 @@ both are shown, each by its share; further ones are met whole or not at all, so 
 
 import warp as wp
 
-from gpu.device_scene.data import NO_HIT, WHOLE, SceneData
+from gpu.device_scene.data import NO_HIT, WHOLE, Hit, SceneData
 from gpu.device_scene.panes import TintedHit
 from gpu.device_scene.part_glass import part_at
-from gpu.device_scene.rays import first_hit, first_surface
+from gpu.device_scene.rays import first_hit, nearer_in_part
 
 
 @wp.struct
@@ -33,7 +33,10 @@ def past_veil(scene: SceneData, origin: wp.vec3, direction: wp.vec3, met: Tinted
     scene.coverage = WHOLE
     shown = VeiledHit()
     shown.met = met
-    veil = first_surface(scene, origin, direction, met.hit.t, cull_backs)
+    veil = Hit()
+    veil.face = NO_HIT
+    veil.t = met.hit.t
+    veil = nearer_in_part(scene, origin, direction, veil, cull_backs)  # all that is whole is no nearer
     if veil.face != NO_HIT and scene.pane_count > 0:
         pane = first_hit(scene.panes, origin, direction, veil.t, cull_backs)
         if pane.face != NO_HIT:
