@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator
+from contextlib import suppress
 from typing import Annotated, Any
 from urllib.parse import quote
 
@@ -161,7 +162,8 @@ async def upload(
     service.residency.learn(ref, added.checked)
     before = _uploads(service).before(added.id)
     if before is not None and before.options == added.options:
-        service.edited.take_over(service.catalogue.find(before.id), ref)
+        with suppress(UnknownSceneError):  # whose file somebody may have taken away
+            service.edited.take_over(service.catalogue.find(before.id), ref)
     await service.residency.free_lost()
     response.headers["Location"] = f"{request.scope['root_path']}{router.prefix}/{quote(ref.id)}"
     return await _details(service, ref)

@@ -150,6 +150,13 @@ def test_what_is_uploaded_again_takes_over_edits_that_fit(service: Running) -> N
     assert read_otherwise.json()["edits"]["lights"] == {}
 
 
+def test_what_is_uploaded_again_is_kept_where_the_file_before_is_gone(service: Running) -> None:
+    before = upload(service).json()["id"]
+    Path(service.service.catalogue.find(before).source).unlink()
+    again = upload(service)
+    assert (again.status_code, again.json()["id"]) == (201, "uploads/house-2.glb")
+
+
 def test_an_upload_that_is_looked_at_is_not_deleted(service: Running, visit: Callable[[Running], Walker]) -> None:
     scene_id = upload(service).json()["id"]
     visit(service).hello(scene=scene_id)
