@@ -8,6 +8,7 @@ import mmap
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from math import inf
+from pathlib import PurePosixPath
 from typing import Annotated, Any, BinaryIO, Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gpu.errors import SceneError
 from gpu.scene.animation.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Motion
 from gpu.scene.file_frame import FileFrame
-from gpu.scene.limits import SceneLimits
+from gpu.scene.limits import MOST_BESIDE, SceneLimits
 from gpu.scene.pauses import Pause, go_on
 from gpu.scene.types import Camera, Light, LoadReport, Material, Placement, Rgb, Scene, Sky, Texture, Wrap
 from gpu.scene.validate import (
@@ -208,6 +209,15 @@ def _check(scene: Scene, source: str, limits: SceneLimits) -> Iterator[None]:
     check_cameras(source, scene.cameras, limits)
     placed = (*scene.placement.centre, scene.placement.scale, *scene.frame.origin, scene.frame.metres_per_unit)
     check_finite(source, "placement", np.array([placed]))
+    beside = scene.report.beside
+    if len(beside) > MOST_BESIDE or not all(map(_is_below, beside)):
+        raise SceneError(source, "report", "its reader left files that it cannot have looked for")
+
+
+def _is_below(name: str) -> bool:
+    """Whether a name from a scene's folder is that of something in it."""
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts
 
 
 def _check_motion(scene: Scene, motion: Motion, source: str) -> None:

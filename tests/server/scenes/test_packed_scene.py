@@ -12,7 +12,7 @@ from gpu.errors import SceneError
 from gpu.scene.animation.motion import STILL, Animation, Channel, Interpolation, Property
 from gpu.scene.edits import SceneEdits, edited
 from gpu.scene.file_frame import FileFrame
-from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.limits import DEFAULT_LIMITS, MOST_BESIDE, SceneLimits
 from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Scene, Sky, Texture, Wrap
 from server.scenes.packed_scene import LENGTH_BYTES, read_scene, write_scene
@@ -86,6 +86,9 @@ def test_a_scene_without_colours_has_none(tmp_path: Path) -> None:
         ({"textures": (Texture("a", PIXELS[..., :3].copy(), True),)}, r"textures\[0\]"),
         ({"lights": (Light("", LightKind.POINT, (-1.0, 0.0, 0.0)),)}, "lights"),
         ({"frame": FileFrame("y", float("nan"))}, "placement"),
+        ({"report": LoadReport(beside={"/etc/passwd": 1})}, "report"),
+        ({"report": LoadReport(beside={"maps/../../wood.png": 1})}, "report"),
+        ({"report": LoadReport(beside=dict.fromkeys(map(str, range(MOST_BESIDE + 1)), 1))}, "report"),
     ],
 )
 def test_what_is_not_sound_is_refused(wrong: dict[str, Any], sentence: str, tmp_path: Path) -> None:
