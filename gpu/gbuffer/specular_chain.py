@@ -264,13 +264,10 @@ def meet_in_branch(scene: SceneData, origin: wp.vec3, direction: wp.vec3, culls:
     found = BranchHit()
     found.met = meet(scene, origin, direction, culls)
     found.splits = splits
-    veiled = bool(False)
     if scene.sheer and splits:
         past = past_veil(scene, origin, direction, found.met, culls, other)
         found.met = past.met
-        veiled = past.veiled
-    if veiled:
-        found.splits = False
+        found.splits = not past.veiled
     return found
 
 
